@@ -1,0 +1,258 @@
+//! TOML documents whose errors say file, line, key, expected, found and next step.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+
+use crate::error::{IngestError, Place, suggestion};
+use crate::units::{Dimension, Unit};
+
+/// A TOML text with its file's name.
+#[derive(Debug, Clone, Copy)]
+pub struct Document<'a> {
+    file: &'a str,
+    text: &'a str,
+}
+
+impl<'a> Document<'a> {
+    /// A document; a byte-order mark is skipped.
+    ///
+    /// # Errors
+    /// [`IngestError::Malformed`] if the bytes are not UTF-8.
+    pub fn new(file: &'a str, bytes: &'a [u8]) -> Result<Self, IngestError> {
+        let text = utf8(file, bytes)?;
+        Ok(Self { file, text })
+    }
+
+    /// The document as a value of `T`, which should deny unknown fields.
+    ///
+    /// # Errors
+    /// [`IngestError::Malformed`] with line and key; for an unknown key, with the nearest known one.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, IngestError> {
+        toml::from_str(self.text).map_err(|error| self.from_toml(&error))
+    }
+
+    /// An error at a span of this document.
+    pub fn malformed(
+        &self,
+        span: Range<usize>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        next: impl Into<String>,
+    ) -> IngestError {
+        let line = self.line_of(span.start);
+        let item = self.key_on_line(line).map(|key| format!("key `{key}`"));
+        let place = Place::new(self.file, Some(line), item);
+        IngestError::Malformed { place, expected: expected.into(), found: found.into(), next: next.into() }
+    }
+
+    /// The file's name.
+    pub fn file(&self) -> &'a str {
+        self.file
+    }
+
+    /// The line of a byte offset, from 1.
+    pub fn line_of(&self, offset: usize) -> usize {
+        1 + self.text.as_bytes()[..offset.min(self.text.len())].iter().filter(|b| **b == b'\n').count()
+    }
+
+    /// The key that a line assigns, or the table it opens.
+    fn key_on_line(&self, line: usize) -> Option<&'a str> {
+        let text = self.text.lines().nth(line - 1)?.trim();
+        let key = text.split_once('=').map_or(text, |(key, _)| key.trim());
+        (!key.is_empty() && !key.starts_with('#')).then_some(key)
+    }
+
+    /// serde and toml tell what is wrong in words: "unknown field `x`, expected one of `a`, `b`".
+    fn from_toml(&self, error: &toml::de::Error) -> IngestError {
+        let span = error.span().unwrap_or(0..0);
+        let message = error.message();
+        let at_span = self.text.get(span.clone()).unwrap_or_default().trim();
+        if let Some(rest) = message.strip_prefix("unknown field ").or_else(|| message.strip_prefix("unknown variant "))
+        {
+            let mut words = backticked(rest);
+            if !words.is_empty() {
+                let word = words.remove(0);
+                let expected = format!("one of: {}", words.join(", "));
+                return self.malformed(span, expected, format!("`{word}`"), suggestion(word, words));
+            }
+        }
+        if let Some(field) = message.strip_prefix("missing field ") {
+            let field = backticked(field).first().copied().unwrap_or(field);
+            return self.malformed(span, format!("key `{field}`"), "nothing", format!("add `{field}`"));
+        }
+        if let Some((found, expected)) = message.split_once(", expected ") {
+            let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
+            let expected = match expected {
+                "f64" => "a number",
+                other => other,
+            };
+            return self.malformed(span, expected, found, "correct the value");
+        }
+        let found = if at_span.is_empty() || at_span.contains('\n') { "something else" } else { at_span };
+        self.malformed(span, format!("valid TOML ({message})"), found, "correct the line")
+    }
+}
+
+/// Bytes as text without a byte-order mark.
+///
+/// # Errors
+/// [`IngestError::Malformed`] naming the line of the first byte that is not UTF-8.
+pub fn utf8<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, IngestError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    std::str::from_utf8(bytes).map_err(|error| {
+        let line = 1 + bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        IngestError::Malformed {
+            place: Place::new(file, Some(line), None),
+            expected: "text in UTF-8".to_owned(),
+            found: format!("byte 0x{:02x}", bytes[error.valid_up_to()]),
+            next: "save the file as UTF-8".to_owned(),
+        }
+    })
+}
+
+/// The words between backticks.
+fn backticked(text: &str) -> Vec<&str> {
+    text.split('`').skip(1).step_by(2).collect()
+}
+
+/// Where a value of an actuator comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Origin {
+    /// Printed in a paper.
+    Published,
+    /// Measured on the specimen.
+    Measured,
+    /// Nobody printed or measured it: chosen, and every comparison that rests on it says so.
+    Assumed,
+    /// Fitted to data.
+    Calibrated,
+}
+
+impl Origin {
+    /// The word used in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Published => "published",
+            Self::Measured => "measured",
+            Self::Assumed => "assumed",
+            Self::Calibrated => "calibrated",
+        }
+    }
+}
+
+/// `{ value, unit, std, source, place }` as a user writes it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawValue {
+    value: Spanned<f64>,
+    unit: Spanned<String>,
+    std: Option<Spanned<f64>>,
+    source: Origin,
+    place: Option<String>,
+}
+
+/// A checked value in SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Value {
+    /// In SI units.
+    pub si: f64,
+    /// Standard uncertainty in SI units, if stated.
+    pub std_si: Option<f64>,
+    /// The unit it was written in.
+    pub unit: Unit,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Paper, table or equation.
+    pub place: Option<String>,
+}
+
+impl RawValue {
+    /// The value in SI units, whatever it measures.
+    ///
+    /// # Errors
+    /// [`IngestError::Malformed`] for an unknown unit, a number that is not finite, a negative `std`, or a published value
+    /// without its place.
+    pub fn checked(&self, document: &Document) -> Result<Value, IngestError> {
+        let unit = parse_unit(document, &self.unit)?;
+        let value = finite(document, &self.value)?;
+        let std_si = match &self.std {
+            Some(std) => {
+                let number = finite(document, std)?;
+                if number < 0.0 {
+                    return Err(document.malformed(
+                        std.span(),
+                        "a standard uncertainty >= 0",
+                        number.to_string(),
+                        "correct it",
+                    ));
+                }
+                Some(unit.to_si(number))
+            }
+            None => None,
+        };
+        if self.source == Origin::Published && self.place.is_none() {
+            return Err(document.malformed(
+                self.value.span(),
+                "key `place`: paper, table or equation of a published value",
+                "nothing",
+                "add `place`, or say source = \"assumed\"",
+            ));
+        }
+        Ok(Value { si: unit.to_si(value), std_si, unit, origin: self.source, place: self.place.clone() })
+    }
+
+    /// The value, which must measure `dimension`.
+    ///
+    /// # Errors
+    /// As [`RawValue::checked`], and for a unit of another dimension.
+    pub fn checked_as(&self, document: &Document, dimension: Dimension) -> Result<Value, IngestError> {
+        let value = self.checked(document)?;
+        if value.unit.dimension == dimension {
+            Ok(value)
+        } else {
+            Err(document.malformed(
+                self.unit.span(),
+                dimension.name(),
+                format!("unit `{}`", self.unit.get_ref()),
+                "correct the unit",
+            ))
+        }
+    }
+
+    /// The span of the unit, for errors of whoever knows what the value should measure.
+    pub fn unit_span(&self) -> Range<usize> {
+        self.unit.span()
+    }
+}
+
+/// A unit in a document.
+///
+/// # Errors
+/// [`IngestError::Malformed`] for an unknown symbol, with the nearest known one.
+pub fn parse_unit(document: &Document, symbol: &Spanned<String>) -> Result<Unit, IngestError> {
+    Unit::parse(symbol.get_ref()).ok_or_else(|| {
+        document.malformed(
+            symbol.span(),
+            "a known unit",
+            format!("`{}`", symbol.get_ref()),
+            Unit::suggestion(symbol.get_ref()),
+        )
+    })
+}
+
+/// A finite number in a document.
+///
+/// # Errors
+/// [`IngestError::Malformed`] for NaN and infinities.
+pub fn finite(document: &Document, value: &Spanned<f64>) -> Result<f64, IngestError> {
+    let number = *value.get_ref();
+    if number.is_finite() {
+        Ok(number)
+    } else {
+        Err(document.malformed(value.span(), "a finite number", number.to_string(), "correct the number"))
+    }
+}

@@ -1,0 +1,105 @@
+//! Errors of reading and writing: where, expected, found, next step.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// Where in a file something stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file, as the user named it.
+    pub file: String,
+    /// Line, from 1; `None` where the whole file is meant.
+    pub line: Option<usize>,
+    /// What stands there: a key, a column or a cell.
+    pub item: Option<String>,
+}
+
+impl Place {
+    /// A place in a file.
+    pub fn new(file: &str, line: Option<usize>, item: Option<String>) -> Self {
+        Self { file: file.to_owned(), line, item }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        if let Some(item) = &self.item {
+            write!(f, ": {item}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Errors of this crate.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum IngestError {
+    /// A file could not be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file could not be written.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// What the user wrote is not what the file format asks for.
+    #[error("{place}\n  expected: {expected}\n  found:    {found}\n  next:     {next}")]
+    Malformed {
+        /// Where.
+        place: Place,
+        /// What should stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+        /// What to do.
+        next: String,
+    },
+    /// A Parquet file could not be written or read.
+    #[error("{}: Parquet: {message}", path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// What polars said.
+        message: String,
+    },
+}
+
+impl IngestError {
+    /// A read error with its path.
+    pub fn read(path: &Path, source: std::io::Error) -> Self {
+        Self::Read { path: path.to_owned(), source }
+    }
+
+    /// A write error with its path.
+    pub fn write(path: &Path, source: std::io::Error) -> Self {
+        Self::Write { path: path.to_owned(), source }
+    }
+}
+
+/// The candidate nearest to a mistyped word, as a next step: "did you mean `x`?", or else the candidates.
+pub fn suggestion<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let nearest = candidates
+        .iter()
+        .map(|c| (strsim::damerau_levenshtein(&word.to_lowercase(), &c.to_lowercase()), *c))
+        .min_by_key(|(distance, _)| *distance);
+    match nearest {
+        Some((distance, name)) if distance <= 1 + name.chars().count() / 3 => format!("did you mean `{name}`?"),
+        _ if candidates.is_empty() => "remove it".to_owned(),
+        _ => format!("use one of: {}", candidates.join(", ")),
+    }
+}

@@ -1,0 +1,24 @@
+//! Files and units: everything that turns bytes into checked numbers, and numbers into stored files.
+//!
+//! Nothing here knows a model. Units are text at the edge and SI inside; gauge or absolute is always said.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`units`] | unit symbols, dimensions, conversion to SI |
+//! | [`number`] | a printed number with the interval its last digit leaves open |
+//! | [`document`] | TOML with file, line and key in every error |
+//! | [`table`] | CSV tables with a name row and a unit row |
+//! | [`manifest`] | the files a user writes: actuators, published datasets |
+//! | [`store`] | Parquet; the only module that sees polars |
+//! | [`digest`] | SHA-256, as `sha256sum` prints it |
+
+pub mod digest;
+pub mod document;
+pub mod error;
+pub mod manifest;
+pub mod number;
+pub mod store;
+pub mod table;
+pub mod units;
+
+pub use error::{IngestError, Place};

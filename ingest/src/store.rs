@@ -1,0 +1,90 @@
+//! Parquet files of numeric columns. The only module that sees polars.
+
+use std::fs::File;
+use std::path::Path;
+
+use polars::prelude::{Column, DataFrame, DataType, ParquetCompression, ParquetReader, ParquetWriter, SerReader};
+
+use crate::IngestError;
+
+/// A column of a stored table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Series {
+    /// Words, such as ids.
+    Text(Vec<String>),
+    /// Numbers; a missing one is `None`.
+    Number(Vec<Option<f64>>),
+}
+
+impl Series {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Text(cells) => cells.len(),
+            Self::Number(cells) => cells.len(),
+        }
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Named columns of equal length.
+pub type Columns = Vec<(String, Series)>;
+
+/// Writes columns as Parquet, zstd, one row group per 262,144 rows: the same bytes for the same columns.
+///
+/// # Errors
+/// [`IngestError::Write`] if the file cannot be made, [`IngestError::Parquet`] if polars refuses, as for unequal lengths.
+pub fn write_parquet(path: &Path, columns: &Columns) -> Result<(), IngestError> {
+    let parquet = |message: String| IngestError::Parquet { path: path.to_owned(), message };
+    let height = columns.first().map_or(0, |(_, series)| series.len());
+    let columns = columns
+        .iter()
+        .map(|(name, series)| match series {
+            Series::Text(cells) => Column::new(name.as_str().into(), cells),
+            Series::Number(cells) => Column::new(name.as_str().into(), cells),
+        })
+        .collect();
+    let mut frame = DataFrame::new(height, columns).map_err(|e| parquet(e.to_string()))?;
+
+    let file = File::create(path).map_err(|source| IngestError::write(path, source))?;
+    ParquetWriter::new(&file)
+        .with_compression(ParquetCompression::Zstd(None))
+        .with_row_group_size(Some(262_144))
+        .set_parallel(false)
+        .finish(&mut frame)
+        .map_err(|e| parquet(e.to_string()))?;
+    file.sync_all().map_err(|source| IngestError::write(path, source))
+}
+
+/// Reads the columns of a Parquet file back.
+///
+/// # Errors
+/// [`IngestError::Read`] if there is no such file, [`IngestError::Parquet`] if it is damaged or holds a column that is neither
+/// text nor `f64`.
+pub fn read_parquet(path: &Path) -> Result<Columns, IngestError> {
+    let parquet = |message: String| IngestError::Parquet { path: path.to_owned(), message };
+    let file = File::open(path).map_err(|source| IngestError::read(path, source))?;
+    let frame = ParquetReader::new(file).finish().map_err(|e| parquet(e.to_string()))?;
+    frame
+        .columns()
+        .iter()
+        .map(|column| {
+            let series = match column.dtype() {
+                DataType::String => {
+                    let cells = column.str().map_err(|e| parquet(e.to_string()))?;
+                    Series::Text(cells.iter().map(|cell| cell.unwrap_or_default().to_owned()).collect())
+                }
+                DataType::Float64 => {
+                    let cells = column.f64().map_err(|e| parquet(e.to_string()))?;
+                    Series::Number(cells.iter().collect())
+                }
+                other => return Err(parquet(format!("column `{}` has the unexpected type {other}", column.name()))),
+            };
+            Ok((column.name().to_string(), series))
+        })
+        .collect()
+}

@@ -1,0 +1,140 @@
+//! What can go wrong when a model is evaluated: always the quantity, the value, and the limit it met.
+
+use thiserror::Error;
+
+/// Why a pressure curve ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BranchEnd {
+    /// Pressure passes a maximum: beyond it the actuator inflates at falling pressure (snap-through).
+    TurnsOver,
+    /// The state reached the end of the range the model is defined on.
+    EndOfRange,
+    /// Pressure falls from the unloaded state on: the curve has no rising branch at all.
+    FallsFromStart,
+}
+
+impl std::fmt::Display for BranchEnd {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::TurnsOver => "the pressure curve turns over there",
+            Self::EndOfRange => "the model's range ends there",
+            Self::FallsFromStart => "pressure falls from the unloaded state on, so no positive pressure has a solution",
+        })
+    }
+}
+
+/// Errors of model evaluation.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// An input lies outside the domain of the equation.
+    #[error("{symbol} = {value} is outside its domain, {domain}")]
+    OutOfDomain {
+        /// The input's name.
+        symbol: &'static str,
+        /// What was given, in SI units.
+        value: f64,
+        /// What the equation asks for.
+        domain: &'static str,
+    },
+    /// The pressure is beyond the end of the physical branch.
+    #[error(
+        "no solution at {} kPa: the limit is {} kPa, {end}",
+        kpa(*.pressure_gauge_pa),
+        kpa(*.limit_gauge_pa)
+    )]
+    BeyondLimit {
+        /// The pressure asked for.
+        pressure_gauge_pa: f64,
+        /// The largest pressure the branch reaches.
+        limit_gauge_pa: f64,
+        /// Why the branch ends.
+        end: BranchEnd,
+    },
+    /// The unloaded, undeformed state already needs more pressure than was asked for.
+    #[error(
+        "no solution at {} kPa: the undeformed state already needs {} kPa",
+        kpa(*.pressure_gauge_pa),
+        kpa(*.start_gauge_pa)
+    )]
+    BelowStart {
+        /// The pressure asked for.
+        pressure_gauge_pa: f64,
+        /// The pressure at the undeformed state.
+        start_gauge_pa: f64,
+    },
+    /// The quantity lies outside what the physical branch reaches.
+    #[error("no pressure gives {value}: the branch reaches from {reach_min} to {reach_max} (SI units)")]
+    OutOfReach {
+        /// The value asked for.
+        value: f64,
+        /// The value at the undeformed state.
+        reach_min: f64,
+        /// The value at the end of the branch.
+        reach_max: f64,
+    },
+    /// The quantity depends on several pressures, so one value does not determine them.
+    #[error("this quantity depends on {chambers} pressures: one value cannot determine them")]
+    NotInvertible {
+        /// How many pressures.
+        chambers: usize,
+    },
+    /// The wrong number of chamber pressures was given.
+    #[error("expected {expected} chamber pressure(s), found {found}")]
+    ChamberCount {
+        /// What the model asks for.
+        expected: usize,
+        /// What was given.
+        found: usize,
+    },
+    /// A parameter the form needs was not given.
+    #[error("parameter `{name}` is missing ({meaning})")]
+    MissingParameter {
+        /// Its name in the actuator file.
+        name: &'static str,
+        /// What it is.
+        meaning: &'static str,
+    },
+    /// The root search was not given a sign change.
+    #[error("no sign change between {low} and {high}: f = {f_low} and {f_high}")]
+    NoBracket {
+        /// Lower end.
+        low: f64,
+        /// Upper end.
+        high: f64,
+        /// Function value at the lower end.
+        f_low: f64,
+        /// Function value at the upper end.
+        f_high: f64,
+    },
+    /// An iteration did not settle.
+    #[error("{method} did not converge within {iterations} iterations")]
+    NotConverged {
+        /// The method.
+        method: &'static str,
+        /// The limit on iterations.
+        iterations: usize,
+    },
+    /// A least-squares problem cannot be posed.
+    #[error(
+        "least squares needs at least as many residuals as parameters: {residuals} residuals, {parameters} parameters"
+    )]
+    TooFewResiduals {
+        /// Number of residuals.
+        residuals: usize,
+        /// Number of parameters.
+        parameters: usize,
+    },
+}
+
+/// Pressure in kPa with few digits, for sentences.
+fn kpa(pressure_pa: f64) -> String {
+    let kpa = pressure_pa / 1e3;
+    if kpa == 0.0 {
+        "0".to_owned()
+    } else if kpa.abs() >= 1e3 {
+        format!("{kpa:.0}")
+    } else {
+        format!("{kpa:.3}")
+    }
+}

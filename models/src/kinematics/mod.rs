@@ -1,0 +1,3 @@
+//! Shapes: from the state of a model to lengths, areas and their derivatives.
+
+pub mod arc;

@@ -1,0 +1,147 @@
+//! Questions asked of every model in the catalogue at once: a new entry is in the list or the test fails.
+
+use pneuval_models::catalogue::{self, Entry, Inputs, Model};
+use pneuval_models::solve::Branch;
+
+/// Inputs of the papers, by actuator.
+fn inputs(actuator: &str) -> Inputs {
+    match actuator {
+        "internal-support" => [
+            ("outer_diameter", 30e-3),
+            ("chamber_diameter", 28e-3),
+            ("chamber_height", 28e-3),
+            ("C10", 0.05e6),
+            ("C20", 0.005e6),
+        ]
+        .into_iter()
+        .collect(),
+        "dual-chamber-finger" => [
+            ("width", 28e-3),
+            ("chamber_straight_height", 6e-3),
+            ("constraint_thickness", 2e-3),
+            ("chamber_length", 4e-3),
+            ("outer_radius", 14e-3),
+            ("chamber_width", 24e-3),
+            ("chamber_radius", 12e-3),
+            ("radial_wall", 2e-3),
+            ("tip_wall", 1.5e-3),
+            ("tip_airbags", 5.0),
+            ("root_length", 38e-3),
+            ("sheet_thickness", 0.3e-3),
+            ("sheet_width", 28e-3),
+            ("sheet_modulus", 193e9),
+            ("C10", 0.11e6),
+            ("C20", 0.02e6),
+        ]
+        .into_iter()
+        .collect(),
+        other => panic!("no inputs for {other}: add them here"),
+    }
+}
+
+fn model(entry: &Entry) -> Model {
+    entry.build(&inputs(entry.actuator)).unwrap()
+}
+
+#[test]
+fn every_check_value_holds() {
+    let mut checked = 0;
+    for entry in catalogue::entries() {
+        assert!(!entry.checks.is_empty(), "{} {} has no check value", entry.quantity, entry.form);
+        for check in entry.checks {
+            let found = (check.compute)().unwrap();
+            assert!(
+                (found - check.expected).abs() <= check.tolerance,
+                "{} {} {}: {}: expected {} ± {} {}, found {found}",
+                entry.actuator,
+                entry.quantity,
+                entry.form,
+                check.statement,
+                check.expected,
+                check.tolerance,
+                check.unit
+            );
+            checked += 1;
+        }
+    }
+    assert!(checked >= 30, "{checked}");
+}
+
+#[test]
+fn ids_are_unique_and_found() {
+    for entry in catalogue::entries() {
+        let found = catalogue::find(entry.actuator, entry.quantity, entry.form).unwrap();
+        assert!(std::ptr::eq(found, entry), "{} {} {} twice", entry.actuator, entry.quantity, entry.form);
+    }
+}
+
+#[test]
+fn inverse_of_forward_is_the_pressure() {
+    let mut worst = 0.0_f64;
+    for entry in catalogue::entries() {
+        let Model::Single(branch) = model(entry) else { continue };
+        for pressure in pressures(&branch) {
+            let quantity = branch.quantity(pressure).unwrap();
+            let back = branch.pressure_gauge_pa(quantity).unwrap();
+            let error = (back - pressure).abs() / branch.limit_gauge_pa();
+            worst = worst.max(error);
+            assert!(error <= 1e-10, "{} {}: {pressure} -> {quantity} -> {back}", entry.quantity, entry.form);
+        }
+    }
+    // Not one comparison short of the whole catalogue slipped through.
+    assert!(worst > 0.0);
+}
+
+/// 200 pressures from the start of the branch to its end, dense near the start.
+fn pressures(branch: &Branch) -> Vec<f64> {
+    let limit = branch.limit_gauge_pa();
+    if limit <= 0.0 {
+        return vec![];
+    }
+    let reach_at_zero = branch.pressure_gauge_pa(branch.reach().0).unwrap();
+    (1..=200).map(|i| reach_at_zero + (limit - reach_at_zero) * (f64::from(i) / 200.0).powi(3)).collect()
+}
+
+#[test]
+fn zero_pressure_is_exactly_the_undeformed_state() {
+    for entry in catalogue::entries() {
+        let model = model(entry);
+        let zero = vec![0.0; entry.chambers.len()];
+        match (entry.quantity, entry.form) {
+            ("root-angle", "printed") => assert!(model.predict(&zero).is_err()),
+            ("outer-diameter", "printed") => assert_eq!(model.predict(&zero), Ok(56e-3)),
+            ("outer-diameter", _) => assert_eq!(model.predict(&zero), Ok(30e-3)),
+            _ => assert_eq!(model.predict(&zero), Ok(0.0), "{} {}", entry.quantity, entry.form),
+        }
+    }
+}
+
+#[test]
+fn chambers_and_branches_agree() {
+    for entry in catalogue::entries() {
+        assert_eq!(model(entry).branches().len(), entry.chambers.len(), "{} {}", entry.quantity, entry.form);
+    }
+}
+
+#[test]
+fn a_missing_input_is_named() {
+    for entry in catalogue::entries() {
+        for parameter in entry.parameters {
+            let full = inputs(entry.actuator);
+            let without = entry
+                .parameters
+                .iter()
+                .filter(|p| p.name != parameter.name)
+                .map(|p| (p.name, full.get(p.name).unwrap()))
+                .collect::<Inputs>();
+            let message = entry.build(&without).err().map(|e| e.to_string()).unwrap_or_default();
+            assert!(
+                message.contains(parameter.name),
+                "{} {} {}: {message}",
+                entry.quantity,
+                entry.form,
+                parameter.name
+            );
+        }
+    }
+}
