@@ -1,1 +1,28 @@
-fn main() {}
+//! `pneuval`: raw soft-actuator rig logs and published tables in, model-vs-experiment verdicts out.
+
+mod cli;
+mod exit;
+mod gate;
+mod models;
+mod output;
+mod predict;
+mod report;
+mod table;
+mod validate;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cli::{Cli, Command};
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Validate(arguments) => validate::run(&arguments),
+        Command::Gate(arguments) => gate::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Predict(arguments) => predict::run(&arguments),
+        Command::Models(arguments) => models::run(&arguments),
+    };
+    exit::finish(outcome)
+}

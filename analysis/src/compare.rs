@@ -1,0 +1,557 @@
+//! Response and prediction to comparison and verdict: the whole analysis of published datasets.
+
+use std::collections::BTreeMap;
+
+use minijinja::{Environment, UndefinedBehavior, context};
+
+use pneuval_ingest::error::suggestion;
+use pneuval_ingest::manifest::{Actuator, ComparisonSpec, FitSpec, PublishedDataset, PublishedTable};
+use pneuval_ingest::number::Printed;
+use pneuval_ingest::units::Unit;
+use pneuval_models::catalogue::{self, Entry};
+use pneuval_models::least_squares::Fit;
+
+use crate::AnalysisError;
+use crate::bounds::{Bound, Bounds, Expect};
+use crate::fit::calibrate;
+use crate::format;
+use crate::metrics::{self, Interval, Measure, Metric, Pair};
+use crate::prediction::{Predicted, Prediction, build, full_pressures, inputs, share};
+use crate::response::{Response, ResponsePoint};
+use crate::results::{
+    ActuatorRecord, Comparison, DatasetRecord, FitRecord, FittedParameter, InputRecord, JudgementRecord, ListingRecord,
+    MetricRecord, Point, PointStatus, QuantityRecord, Results, SCHEMA_VERSION, SourceFile, StatedRecord,
+};
+use crate::series::Curve;
+use crate::verdict::{Basis, Verdict, Why, judge};
+
+/// A dataset with all that its comparisons need.
+pub struct Input {
+    /// `dataset.toml` as the user named it.
+    pub file: String,
+    /// The dataset.
+    pub dataset: PublishedDataset,
+    /// Its actuator.
+    pub actuator: Actuator,
+    /// The actuator file, relative to the dataset's folder.
+    pub actuator_path: String,
+    /// The bounds that apply, if any were found.
+    pub bounds: Bounds,
+    /// The bounds file, relative to the dataset's folder, with its digest.
+    pub bounds_source: Option<SourceFile>,
+}
+
+/// What `validate` computes: the numbers, and the curves behind the figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// The content of `results.json`.
+    pub results: Results,
+    /// The content of `series.parquet`.
+    pub curves: Vec<Curve>,
+}
+
+/// Compares every prediction of every dataset with its measurement and judges it.
+///
+/// # Errors
+/// [`AnalysisError`] for a comparison that cannot be posed: an unknown form, an input missing or in a wrong unit, a bound that
+/// meets no comparison. A model without a solution is no error but a failed comparison.
+pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, AnalysisError> {
+    let mut actuators: BTreeMap<String, ActuatorRecord> = BTreeMap::new();
+    let mut comparisons = Vec::new();
+    let mut curves = Vec::new();
+    for input in inputs {
+        let pairs: Vec<(String, String)> =
+            input.dataset.comparisons.iter().map(|s| (s.quantity.clone(), s.form.clone())).collect();
+        input.bounds.check_all_used(&input.actuator.id, &pairs)?;
+        for spec in &input.dataset.comparisons {
+            let (comparison, curve) = compare(input, spec)?;
+            curves.push(curve);
+            comparisons.push(comparison);
+        }
+        let record = actuators.entry(input.actuator.id.clone()).or_insert_with(|| actuator_record(&input.actuator));
+        record.datasets.push(dataset_record(input));
+    }
+    let results = Results {
+        schema_version: SCHEMA_VERSION,
+        program: concat!("pneuval ", env!("CARGO_PKG_VERSION")).to_owned(),
+        metric_definitions: metrics::DEFINITIONS_VERSION,
+        report_only,
+        actuators: actuators.into_values().collect(),
+        comparisons,
+        files: BTreeMap::new(),
+    };
+    Ok(Evaluation { results, curves })
+}
+
+fn compare(input: &Input, spec: &ComparisonSpec) -> Result<(Comparison, Curve), AnalysisError> {
+    let Some(table) = input.dataset.table(&spec.quantity) else {
+        // The dataset's reader refuses a comparison without its table.
+        return Err(unknown_form(input, spec, []));
+    };
+    let response = Response::from(table);
+    let (prediction, fit) = predict(input, spec, table, &response)?;
+    let points = points(&response, &prediction);
+    let bounds = input.bounds.of(&input.actuator.id, &spec.quantity, &spec.form, table.quantity.unit.dimension)?;
+    let id = format!("{}/{}/{}", input.actuator.id, spec.quantity, spec.form);
+    let n_without_prediction = n_without_prediction(&points, &prediction);
+    let metrics = measure_all(&points, n_without_prediction);
+    let mut comparison = Comparison {
+        id: id.clone(),
+        actuator: input.actuator.id.clone(),
+        dataset: input.dataset.id.clone(),
+        quantity: QuantityRecord {
+            id: table.quantity.id.clone(),
+            title: table.quantity.title.clone(),
+            si_unit: table.quantity.unit.dimension.si_symbol().to_owned(),
+            display_unit: table.quantity.unit.symbol.to_owned(),
+        },
+        form: prediction.form.clone(),
+        title: spec.title.clone().unwrap_or_else(|| prediction.title.clone()),
+        kind: prediction.kind.clone(),
+        source: prediction.source.clone(),
+        measured_source: format!("{}; {}", table.place, table.method),
+        equation: prediction.equation.clone(),
+        misprints: prediction.misprints.clone(),
+        assumed: prediction.assumed.clone(),
+        fit,
+        basis: Basis::PublishedPoint,
+        chambers: response.chambers.clone(),
+        n_available: points.iter().filter(|p| p.status != PointStatus::HoleInPrint).count(),
+        n_used: points.iter().filter(|p| p.status == PointStatus::Used).count(),
+        n_without_prediction,
+        points,
+        metrics,
+        judgements: vec![],
+        verdict: Verdict::Unjudged,
+        counted: true,
+        sentence: String::new(),
+        remark: None,
+    };
+    comparison.remark = remark(input, spec, table, &comparison)?;
+    judge_comparison(&mut comparison, bounds, spec.not_judged.as_deref());
+    Ok((comparison, Curve { comparison: id, points: prediction.curve }))
+}
+
+/// The prediction of a comparison: a printed column, or a catalogue form, perhaps calibrated first.
+fn predict(
+    input: &Input,
+    spec: &ComparisonSpec,
+    table: &PublishedTable,
+    response: &Response,
+) -> Result<(Prediction, Option<FitRecord>), AnalysisError> {
+    if let Some(column) = table.predicted.iter().find(|p| p.form == spec.form) {
+        return Ok((Prediction::published(table, column), None));
+    }
+    let actuator = &input.actuator;
+    let model_form = spec.model.as_deref().unwrap_or(&spec.form);
+    let forms = || catalogue::entries().filter(|e| e.actuator == actuator.kind && e.quantity == spec.quantity);
+    let Some(entry) = forms().find(|e| e.form == model_form) else {
+        return Err(unknown_form(input, spec, forms().map(|e| e.form)));
+    };
+    if entry.quantity_si_unit != table.quantity.unit.dimension.si_symbol() || entry.chambers != response.chambers {
+        return Err(AnalysisError::Input {
+            file: input.file.clone(),
+            name: spec.quantity.clone(),
+            expected: format!("a unit of {}, chambers {}", entry.quantity_si_unit, entry.chambers.join(", ")),
+            found: format!("unit `{}`, chambers {}", table.quantity.unit.symbol, response.chambers.join(", ")),
+        });
+    }
+    let (mut values, assumed) = inputs(entry, actuator)?;
+    let mut record = None;
+    if let Some(fit) = &spec.fit {
+        let (fitted, found, targets) = fit_column(input, spec, fit, entry, &values, table)?;
+        record = Some(fit_record(input, fit, table, &found, targets));
+        values = fitted;
+    }
+    let model = build(entry, &values, actuator)?;
+    let mut prediction = Prediction::computed(&spec.form, entry, &model, assumed, response);
+    prediction.fitted_on = record.as_ref().map(|r| r.fitted_on.clone()).unwrap_or_default();
+    Ok((prediction, record))
+}
+
+fn unknown_form<'a>(
+    input: &'a Input,
+    spec: &ComparisonSpec,
+    forms: impl IntoIterator<Item = &'a str>,
+) -> AnalysisError {
+    let table = input.dataset.table(&spec.quantity);
+    let printed = table.into_iter().flat_map(|t| t.predicted.iter().map(|p| p.form.as_str()));
+    let form = spec.model.as_deref().unwrap_or(&spec.form);
+    AnalysisError::UnknownForm {
+        file: input.file.clone(),
+        line: spec.line,
+        quantity: spec.quantity.clone(),
+        form: form.to_owned(),
+        next: suggestion(form, printed.chain(forms)),
+    }
+}
+
+type Calibrated = (catalogue::Inputs, Fit, usize);
+
+fn fit_column(
+    input: &Input,
+    spec: &ComparisonSpec,
+    fit: &FitSpec,
+    entry: &Entry,
+    values: &catalogue::Inputs,
+    table: &PublishedTable,
+) -> Result<Calibrated, AnalysisError> {
+    if let Some(name) = fit.parameters.iter().find(|name| !entry.parameters.iter().any(|p| p.name == name.as_str())) {
+        return Err(AnalysisError::Input {
+            file: format!("{}:{}", input.file, spec.line),
+            name: name.clone(),
+            expected: format!("a parameter of `{}`", entry.form),
+            found: suggestion(name, entry.parameters.iter().map(|p| p.name)),
+        });
+    }
+    let column = column_of(fit, table);
+    let targets: Vec<(Vec<f64>, f64)> = table
+        .pressures_gauge_pa
+        .iter()
+        .zip(column)
+        // The zero-pressure reference holds for every material: it would count as a point without being one.
+        .filter(|(pressures, _)| pressures.iter().any(|p| *p != 0.0))
+        .filter_map(|(pressures, cell)| cell.map(|c| (pressures.clone(), c.si)))
+        .collect();
+    let (fitted, found) = calibrate(entry, values, &fit.parameters, &targets).map_err(|source| AnalysisError::Fit {
+        file: input.file.clone(),
+        line: spec.line,
+        form: spec.form.clone(),
+        source,
+    })?;
+    Ok((fitted, found, targets.len()))
+}
+
+fn column_of<'a>(fit: &FitSpec, table: &'a PublishedTable) -> &'a [Option<Printed>] {
+    let printed = table.predicted.iter().find(|p| p.form == fit.to);
+    printed.map_or(&table.measured, |p| &p.cells)
+}
+
+fn fit_record(input: &Input, fit: &FitSpec, table: &PublishedTable, found: &Fit, n: usize) -> FitRecord {
+    let parameters = fit
+        .parameters
+        .iter()
+        .enumerate()
+        .map(|(i, name)| FittedParameter {
+            name: name.clone(),
+            value_si: found.parameters[i],
+            std_si: found.parameters_std.as_ref().map(|std| std[i]),
+            unit: input.actuator.values.get(name).map_or("1", |v| v.unit.symbol).to_owned(),
+        })
+        .collect();
+    FitRecord {
+        fitted_on: vec![format!("{}/{} {}", input.dataset.id, table.quantity.id, fit.to)],
+        parameters,
+        rmse_si: found.rmse,
+        n,
+        condition_number: found.condition_number,
+    }
+}
+
+/// Every point of the response with its prediction, and what becomes of it.
+fn points(response: &Response, prediction: &Prediction) -> Vec<Point> {
+    let pressures: Vec<Vec<f64>> = response.points.iter().map(|p| p.pressures_gauge_pa.clone()).collect();
+    let full = full_pressures(&pressures);
+    response.points.iter().zip(&prediction.at).map(|(measured, predicted)| point(measured, predicted, &full)).collect()
+}
+
+fn point(response: &ResponsePoint, predicted: &Predicted, full: &[f64]) -> Point {
+    let finite = |printed: &Printed| printed.si.is_finite();
+    let (value, missing) = match predicted {
+        Predicted::Value(printed) => (Some(*printed), None),
+        Predicted::NoSolution(why) => (None, Some(why.clone())),
+        Predicted::NotPrinted => (None, Some("no number is printed here".to_owned())),
+    };
+    let (status, reason) = if response.is_zero_reference() && response.measured.is_some() {
+        (PointStatus::ZeroReference, Some("zero-pressure reference".to_owned()))
+    } else {
+        match (response.measured, value) {
+            (None, _) => (PointStatus::HoleInPrint, Some("no measured value is printed".to_owned())),
+            (_, None) => (PointStatus::NoPrediction, missing),
+            (Some(m), Some(p)) if finite(&m) && finite(&p) => (PointStatus::Used, None),
+            (Some(m), _) => {
+                let which = if finite(&m) { "predicted" } else { "measured" };
+                (PointStatus::NotFinite, Some(format!("the {which} value is not a finite number")))
+            }
+        }
+    };
+    let measured = response.measured.filter(finite);
+    let predicted = value.filter(finite);
+    Point {
+        line: response.line,
+        pressures_gauge_pa: response.pressures_gauge_pa.clone(),
+        pressure_share: share(&response.pressures_gauge_pa, full),
+        measured: measured.map(|m| m.si),
+        measured_half_width: measured.map_or(0.0, |m| m.half_width_si),
+        predicted: predicted.map(|p| p.si),
+        predicted_half_width: predicted.map_or(0.0, |p| p.half_width_si),
+        residual: measured.zip(predicted).map(|(m, p)| p.si - m.si),
+        status,
+        reason,
+    }
+}
+
+/// Measured points at which the model fails for want of a value. A printed column with no number at any measured point has no
+/// overlap with the measurement: that is inconclusive, not a failure of the model.
+fn n_without_prediction(points: &[Point], prediction: &Prediction) -> usize {
+    let without = points.iter().filter(|p| p.status == PointStatus::NoPrediction).count();
+    let with = points.iter().filter(|p| matches!(p.status, PointStatus::Used | PointStatus::NotFinite)).count();
+    let printed = prediction.at.iter().any(|at| *at == Predicted::NotPrinted);
+    if printed && with == 0 { 0 } else { without }
+}
+
+fn measure_all(points: &[Point], n_without_prediction: usize) -> Vec<MetricRecord> {
+    let pair = |p: &Point| {
+        let interval = |value: Option<f64>, half_width_si| {
+            Interval::from(Printed { si: value.unwrap_or(f64::NAN), half_width_si })
+        };
+        Pair {
+            predicted: interval(p.predicted, p.predicted_half_width),
+            measured: interval(p.measured, p.measured_half_width),
+        }
+    };
+    let in_metrics = |p: &&Point| matches!(p.status, PointStatus::Used | PointStatus::NotFinite);
+    let pairs: Vec<Pair> = points.iter().filter(in_metrics).map(pair).collect();
+    let at_zero = points.iter().find(|p| p.status == PointStatus::ZeroReference).map(pair);
+    Metric::ALL
+        .into_iter()
+        .map(|metric| {
+            let record = MetricRecord::new(metric, metrics::measure(metric, &pairs, at_zero));
+            if n_without_prediction == 0 || metric == Metric::ResidualAtZero {
+                return record;
+            }
+            let why = format!(
+                "no prediction at {n_without_prediction} of {} measured points",
+                n_without_prediction + pairs.len()
+            );
+            MetricRecord {
+                metric,
+                value: None,
+                lower: None,
+                upper: None,
+                undefined: Some(why),
+                over_predicted_points: record.value,
+            }
+        })
+        .collect()
+}
+
+/// Judges a comparison by bounds, from its stored metrics alone.
+pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_judged: Option<&str>) {
+    comparison.judgements.clear();
+    comparison.counted = true;
+    if let Some(reason) = not_judged {
+        comparison.verdict = Verdict::Unjudged;
+        comparison.counted = false;
+        comparison.sentence = format!("not judged: {reason}");
+        return;
+    }
+    let own_data = format!("{}/{} measured", comparison.dataset, comparison.quantity.id);
+    if comparison.fit.as_ref().is_some_and(|fit| fit.fitted_on.contains(&own_data)) {
+        comparison.verdict = Verdict::Calibration;
+        comparison.counted = false;
+        comparison.sentence = "fitted to these very data: calibration, not validation".to_owned();
+        return;
+    }
+    for bound in bounds {
+        let measure = comparison.metric(bound.metric).map_or(Measure::Undefined("not stored"), MetricRecord::measure);
+        let judgement = judge(measure, &bound, comparison.n_without_prediction);
+        let sentence = sentence(comparison, &bound, judgement.why);
+        comparison.judgements.push(JudgementRecord { bound, verdict: judgement.verdict, sentence });
+    }
+    let has = |verdict| comparison.judgements.iter().any(|j| j.verdict == verdict);
+    comparison.verdict = if comparison.judgements.is_empty() {
+        Verdict::Unjudged
+    } else if has(Verdict::Fail) {
+        Verdict::Fail
+    } else if has(Verdict::Inconclusive) {
+        Verdict::Inconclusive
+    } else {
+        Verdict::Pass
+    };
+    comparison.sentence = comparison.deciding().map_or_else(
+        || "no bound for this comparison: write a row in bounds.toml to have it judged".to_owned(),
+        |judgement| judgement.sentence.clone(),
+    );
+}
+
+/// A metric's value in the unit it is shown in.
+pub fn metric_text(metric: Metric, value: f64, unit: Unit) -> String {
+    match metric {
+        Metric::R2 => format::fixed(value, 4),
+        metric if metric.is_ratio() => format::percent(value),
+        _ => format::quantity(value, unit, format::ERROR_DECIMALS),
+    }
+}
+
+/// A bound's limit in the unit it is shown in, without digits nobody wrote.
+pub fn limit_text(metric: Metric, max: f64, unit: Unit) -> String {
+    if metric.is_ratio() {
+        format!("{} %", format::short(100.0 * max))
+    } else {
+        format::with_unit(&format::short(unit.from_si(max)), unit)
+    }
+}
+
+fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
+    let unit = comparison.quantity.unit();
+    let name = bound.metric.title();
+    let limit = limit_text(bound.metric, bound.max, unit);
+    let record = comparison.metric(bound.metric);
+    let value = match record.map(MetricRecord::measure) {
+        Some(Measure::Known(interval)) => {
+            let interval = interval.abs();
+            let text = |v| metric_text(bound.metric, v, unit);
+            if interval.half_width() > 0.0 {
+                format!(
+                    "{} (printed digits: {} to {})",
+                    text(interval.value),
+                    text(interval.lower),
+                    text(interval.upper)
+                )
+            } else {
+                text(interval.value)
+            }
+        }
+        Some(Measure::Shown(value)) => metric_text(bound.metric, value, unit),
+        Some(Measure::Undefined(_)) | None => "undefined".to_owned(),
+    };
+    let expected = if bound.expect == Expect::Exceed { ", as expected" } else { "" };
+    match why {
+        Why::Within if bound.expect == Expect::Exceed => {
+            format!("{name} is {value}, within the bound of {limit}, which it was expected to exceed")
+        }
+        Why::Within => format!("{name} is {value}, within the bound of {limit}"),
+        Why::Beyond => format!("{name} is {value}, beyond the bound of {limit}{expected}"),
+        Why::Straddles => format!(
+            "{name} is {value}, which reaches over the bound of {limit}; one more printed digit, or the raw data, would decide it"
+        ),
+        Why::TooUncertain => format!(
+            "{name} is {value}, known less sharply than the {} asked for; one more printed digit, or the raw data, would decide it",
+            limit_text(bound.metric, bound.max_uncertainty.unwrap_or(f64::NAN), unit)
+        ),
+        Why::NotFinite => {
+            let reason = record.and_then(|r| r.undefined.as_deref()).unwrap_or("it is not a finite number");
+            format!("{name} cannot be formed: {reason}; a finite value at every point would decide it")
+        }
+        Why::NoPrediction => {
+            let total = comparison.n_used + comparison.n_without_prediction;
+            let first = comparison.points.iter().find(|p| p.status == PointStatus::NoPrediction);
+            let reason = first.and_then(|p| p.reason.as_deref()).unwrap_or("no value");
+            format!(
+                "no prediction at {} of {total} measured points{expected}: {reason}",
+                comparison.n_without_prediction
+            )
+        }
+    }
+}
+
+/// A remark with its placeholders filled in from computed and printed numbers.
+fn remark(
+    input: &Input,
+    spec: &ComparisonSpec,
+    table: &PublishedTable,
+    comparison: &Comparison,
+) -> Result<Option<String>, AnalysisError> {
+    let Some(template) = &spec.remark else { return Ok(None) };
+    let unit = table.quantity.unit;
+    let value = |v: Option<f64>, missing: &str| v.map_or(missing.to_owned(), |v| format::quantity(v, unit, 2));
+    let predicted: Vec<String> = comparison.points.iter().map(|p| value(p.predicted, "no prediction")).collect();
+    let measured: Vec<String> = comparison.points.iter().map(|p| value(p.measured, "no value")).collect();
+    let printed: BTreeMap<String, Vec<String>> = table.texts.iter().cloned().collect();
+    let mut fit = BTreeMap::new();
+    if let Some(record) = &comparison.fit {
+        for parameter in &record.parameters {
+            let text = Unit::parse(&parameter.unit).map_or_else(
+                || format::significant(parameter.value_si, 3),
+                |unit| format::with_unit(&format::significant(unit.from_si(parameter.value_si), 3), unit),
+            );
+            fit.insert(parameter.name.clone(), text);
+        }
+        fit.insert("rmse".to_owned(), format::with_unit(&format::significant(unit.from_si(record.rmse_si), 2), unit));
+    }
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    let text = environment.render_str(template, context! { predicted, measured, printed, fit });
+    text.map(Some).map_err(|error| AnalysisError::Remark {
+        file: input.file.clone(),
+        line: spec.line,
+        message: error.detail().map_or_else(|| error.kind().to_string(), str::to_owned),
+    })
+}
+
+fn actuator_record(actuator: &Actuator) -> ActuatorRecord {
+    let inputs = actuator
+        .values
+        .iter()
+        .map(|(name, value)| InputRecord {
+            name: name.clone(),
+            value_si: value.si,
+            std_si: value.std_si,
+            unit: value.unit.symbol.to_owned(),
+            origin: value.origin.name().to_owned(),
+            place: value.place.clone(),
+        })
+        .collect();
+    ActuatorRecord {
+        id: actuator.id.clone(),
+        kind: actuator.kind.clone(),
+        title: actuator.title.clone(),
+        summary: actuator.summary.clone(),
+        inputs,
+        datasets: vec![],
+    }
+}
+
+fn dataset_record(input: &Input) -> DatasetRecord {
+    let dataset = &input.dataset;
+    let own = dataset.files.iter().map(|f| SourceFile { path: f.name.clone(), sha256: f.sha256.clone() });
+    let actuator = SourceFile { path: input.actuator_path.clone(), sha256: input.actuator.sha256.clone() };
+    let stated = dataset.stated.iter().map(|s| StatedRecord {
+        title: s.title.clone(),
+        value_si: s.value.si,
+        unit: s.value.unit.symbol.to_owned(),
+        place: s.value.place.clone(),
+    });
+    let listings = dataset.listings.iter().map(|l| ListingRecord {
+        title: l.title.clone(),
+        place: l.place.clone(),
+        names: l.names.clone(),
+        rows: l.rows.clone(),
+    });
+    DatasetRecord {
+        id: dataset.id.clone(),
+        paper: dataset.paper.title.clone(),
+        reference: dataset.paper.reference.clone(),
+        notes: dataset.notes.clone(),
+        unprinted: dataset.unprinted.clone(),
+        stated: stated.collect(),
+        listings: listings.collect(),
+        sources: own.chain([actuator]).chain(input.bounds_source.clone()).collect(),
+    }
+}
+
+/// Judges stored results again, from their stored metrics: by their stored bounds, or by others.
+///
+/// # Errors
+/// [`AnalysisError::Ingest`] for a bound that measures something else than the quantity or meets no comparison.
+pub fn rejudge(results: &mut Results, bounds: Option<&Bounds>) -> Result<(), AnalysisError> {
+    if let Some(bounds) = bounds {
+        for actuator in &results.actuators {
+            let mine = results.comparisons.iter().filter(|c| c.actuator == actuator.id);
+            let pairs: Vec<(String, String)> = mine.map(|c| (c.quantity.id.clone(), c.form.clone())).collect();
+            bounds.check_all_used(&actuator.id, &pairs)?;
+        }
+    }
+    for comparison in results.comparisons.iter_mut().filter(|c| c.counted) {
+        let rows = match bounds {
+            Some(bounds) => {
+                let dimension = comparison.quantity.unit().dimension;
+                bounds.of(&comparison.actuator, &comparison.quantity.id, &comparison.form, dimension)?
+            }
+            None => comparison.judgements.iter().map(|j| j.bound.clone()).collect(),
+        };
+        judge_comparison(comparison, rows, None);
+    }
+    Ok(())
+}

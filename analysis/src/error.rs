@@ -1,0 +1,117 @@
+//! Errors of this crate.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use pneuval_ingest::IngestError;
+use pneuval_models::ModelError;
+
+/// Errors of analysis.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum AnalysisError {
+    /// A file is not what it should be.
+    #[error(transparent)]
+    Ingest(#[from] IngestError),
+    /// A comparison names a form that neither the table nor the catalogue has.
+    #[error(
+        "{file}:{line}: key `form`\n  expected: a printed column or a catalogue form of `{quantity}`\n  found:    `{form}`\n  next:     {next}"
+    )]
+    UnknownForm {
+        /// The dataset.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The quantity compared.
+        quantity: String,
+        /// The form named.
+        form: String,
+        /// What to do.
+        next: String,
+    },
+    /// The actuator file lacks an input of a model, or holds it in another unit.
+    #[error(
+        "{file}: value `{name}`\n  expected: {expected}\n  found:    {found}\n  next:     correct the actuator file"
+    )]
+    Input {
+        /// The actuator file.
+        file: String,
+        /// The value's name.
+        name: String,
+        /// What the model needs.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// A model refuses its inputs.
+    #[error("{file}: the form `{form}` of `{quantity}` refuses its inputs: {source}")]
+    Model {
+        /// The actuator file.
+        file: String,
+        /// The quantity.
+        quantity: String,
+        /// The form.
+        form: String,
+        /// What the model says.
+        source: ModelError,
+    },
+    /// A calibration did not succeed.
+    #[error("{file}:{line}: the fit of `{form}` failed: {source}")]
+    Fit {
+        /// The dataset.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The form fitted.
+        form: String,
+        /// What least squares says.
+        source: ModelError,
+    },
+    /// A remark's placeholder cannot be filled in.
+    #[error(
+        "{file}:{line}: key `remark`\n  expected: placeholders predicted[i], measured[i], printed.<column>[i], fit.<parameter>\n  found:    {message}\n  next:     correct the placeholder"
+    )]
+    Remark {
+        /// The dataset.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// What the template engine says.
+        message: String,
+    },
+    /// A stored results folder cannot be used.
+    #[error("{}: {problem}\n  next:     {next}", path.display())]
+    Results {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+        /// What to do.
+        next: String,
+    },
+    /// The output folder holds something that this program did not write.
+    #[error("{}: not written over\n  expected: no folder, an empty one, or an earlier report\n  found:    {found}\n  next:     choose another --out, or move it away", path.display())]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// What is in it.
+        found: String,
+    },
+    /// A figure could not be drawn.
+    #[error("figure {figure}: {message}")]
+    Figure {
+        /// The figure.
+        figure: String,
+        /// What the plotting library says.
+        message: String,
+    },
+    /// A page could not be filled in.
+    #[error("page {page}: {message}")]
+    Page {
+        /// The page.
+        page: String,
+        /// What the template engine says.
+        message: String,
+    },
+}

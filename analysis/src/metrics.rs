@@ -1,0 +1,431 @@
+//! How far a prediction is from a measurement: definitions, version 1.
+//!
+//! With residual r = predicted - measured, over the n points used (zero-pressure references are not):
+//!
+//! | metric | definition |
+//! |---|---|
+//! | `bias` | mean r |
+//! | `mae` | mean \|r\| |
+//! | `rmse` | √(mean r²) |
+//! | `max_abs_error` | max \|r\| |
+//! | `relative_to_measured_max`, `_mean` | max, mean of \|r\| / \|measured\| |
+//! | `relative_to_predicted_max`, `_mean` | max, mean of \|r\| / \|predicted\| (dual-chamber-finger's choice) |
+//! | `relative_to_range_max`, `_rmse` | max \|r\|, RMSE over (max - min of measured) |
+//! | `residual_at_zero` | r at the zero-pressure reference |
+//! | `r2` | 1 - Σ r² / Σ (measured - its mean)²; shown, never bounded |
+//!
+//! Printed values are intervals (half a unit of the last digit either side). Every metric carries the interval that it can
+//! take while each printed value moves within its own; `relative_to_range` and `r2` are handled more coarsely: the former's
+//! interval combines the extremes of numerator and denominator, the latter has none.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use pneuval_ingest::number::Printed;
+
+/// Version of the definitions above; changes with any number they give.
+pub const DEFINITIONS_VERSION: u32 = 1;
+
+/// A metric.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Metric {
+    /// Mean residual.
+    Bias,
+    /// Mean absolute residual.
+    Mae,
+    /// Root mean square residual.
+    Rmse,
+    /// Largest absolute residual.
+    MaxAbsError,
+    /// Largest residual over the measured value.
+    RelativeToMeasuredMax,
+    /// Mean residual over the measured value.
+    RelativeToMeasuredMean,
+    /// Largest residual over the predicted value.
+    RelativeToPredictedMax,
+    /// Mean residual over the predicted value.
+    RelativeToPredictedMean,
+    /// Largest residual over the measured range.
+    RelativeToRangeMax,
+    /// RMSE over the measured range.
+    RelativeToRangeRmse,
+    /// Residual at zero pressure.
+    ResidualAtZero,
+    /// Coefficient of determination.
+    R2,
+}
+
+impl Metric {
+    /// Every metric, in the order in which they are shown.
+    pub const ALL: [Self; 12] = [
+        Self::Bias,
+        Self::Mae,
+        Self::Rmse,
+        Self::MaxAbsError,
+        Self::RelativeToMeasuredMax,
+        Self::RelativeToMeasuredMean,
+        Self::RelativeToPredictedMax,
+        Self::RelativeToPredictedMean,
+        Self::RelativeToRangeMax,
+        Self::RelativeToRangeRmse,
+        Self::ResidualAtZero,
+        Self::R2,
+    ];
+
+    /// Its id in files.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Bias => "bias",
+            Self::Mae => "mae",
+            Self::Rmse => "rmse",
+            Self::MaxAbsError => "max_abs_error",
+            Self::RelativeToMeasuredMax => "relative_to_measured_max",
+            Self::RelativeToMeasuredMean => "relative_to_measured_mean",
+            Self::RelativeToPredictedMax => "relative_to_predicted_max",
+            Self::RelativeToPredictedMean => "relative_to_predicted_mean",
+            Self::RelativeToRangeMax => "relative_to_range_max",
+            Self::RelativeToRangeRmse => "relative_to_range_rmse",
+            Self::ResidualAtZero => "residual_at_zero",
+            Self::R2 => "r2",
+        }
+    }
+
+    /// Its name on pages.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Bias => "bias",
+            Self::Mae => "mean |e|",
+            Self::Rmse => "RMSE",
+            Self::MaxAbsError => "max |e|",
+            Self::RelativeToMeasuredMax => "max |e| / measured",
+            Self::RelativeToMeasuredMean => "mean |e| / measured",
+            Self::RelativeToPredictedMax => "max |e| / predicted",
+            Self::RelativeToPredictedMean => "mean |e| / predicted",
+            Self::RelativeToRangeMax => "max |e| / range",
+            Self::RelativeToRangeRmse => "RMSE / range",
+            Self::ResidualAtZero => "e at zero pressure",
+            Self::R2 => "R²",
+        }
+    }
+
+    /// The metric of an id.
+    pub fn parse(id: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|m| m.id() == id)
+    }
+
+    /// Whether it is a share, or has the quantity's unit.
+    pub fn is_ratio(self) -> bool {
+        !matches!(self, Self::Bias | Self::Mae | Self::Rmse | Self::MaxAbsError | Self::ResidualAtZero)
+    }
+
+    /// Whether a smaller absolute value is better, so that an upper bound makes sense.
+    pub fn is_boundable(self) -> bool {
+        self != Self::R2
+    }
+}
+
+/// A number and the interval it is known to lie in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// The number, from the values as printed.
+    pub value: f64,
+    /// Lower end.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+}
+
+impl Interval {
+    /// The interval of the absolute value.
+    pub fn abs(self) -> Self {
+        let (a, b) = (self.lower.abs(), self.upper.abs());
+        let lower = if self.lower <= 0.0 && self.upper >= 0.0 { 0.0 } else { a.min(b) };
+        Self { value: self.value.abs(), lower, upper: a.max(b) }
+    }
+
+    /// Half its width.
+    pub fn half_width(self) -> f64 {
+        0.5 * (self.upper - self.lower)
+    }
+
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self { value: f(self.value), lower: f(self.lower), upper: f(self.upper) }
+    }
+
+    fn is_finite(self) -> bool {
+        self.value.is_finite() && self.lower.is_finite() && self.upper.is_finite()
+    }
+}
+
+impl From<Printed> for Interval {
+    fn from(printed: Printed) -> Self {
+        let (value, half) = (printed.si, printed.half_width_si);
+        Self { value, lower: value - half, upper: value + half }
+    }
+}
+
+/// A predicted and a measured value at one point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// Predicted.
+    pub predicted: Interval,
+    /// Measured.
+    pub measured: Interval,
+}
+
+impl Pair {
+    /// Predicted - measured.
+    pub fn residual(&self) -> Interval {
+        let (p, m) = (self.predicted, self.measured);
+        Interval { value: p.value - m.value, lower: p.lower - m.upper, upper: p.upper - m.lower }
+    }
+
+    /// |predicted / measured - 1| = |residual| / |measured|: `None` where the measured interval touches zero.
+    fn relative_to_measured(&self) -> Option<Interval> {
+        relative(self.predicted, self.measured)
+    }
+
+    /// |measured / predicted - 1| = |residual| / |predicted|.
+    fn relative_to_predicted(&self) -> Option<Interval> {
+        relative(self.measured, self.predicted)
+    }
+}
+
+/// |a / b - 1| over both intervals. The quotient is monotone in each, so its extremes lie at the corners.
+fn relative(a: Interval, b: Interval) -> Option<Interval> {
+    if b.lower <= 0.0 && b.upper >= 0.0 {
+        return None;
+    }
+    let corners = [a.lower / b.lower, a.lower / b.upper, a.upper / b.lower, a.upper / b.upper];
+    let lower = corners.iter().copied().fold(f64::INFINITY, f64::min);
+    let upper = corners.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    // The value as |a - b| / |b|, the papers' own order of operations.
+    let value = (a.value - b.value).abs() / b.value.abs();
+    Some(Interval { value, ..Interval { value: 0.0, lower: lower - 1.0, upper: upper - 1.0 }.abs() })
+}
+
+/// What is known of a metric.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Measure {
+    /// A finite number with its interval.
+    Known(Interval),
+    /// A finite number without interval.
+    Shown(f64),
+    /// No number, and why.
+    Undefined(&'static str),
+}
+
+/// A metric over the pairs used, with the pair at zero pressure if there is one.
+pub fn measure(metric: Metric, pairs: &[Pair], at_zero: Option<Pair>) -> Measure {
+    if metric == Metric::ResidualAtZero {
+        return at_zero.map_or(Measure::Undefined("no zero-pressure reference"), |pair| finite(pair.residual()));
+    }
+    if pairs.is_empty() {
+        return Measure::Undefined("no point where both a measured and a predicted value exist");
+    }
+    let residuals: Vec<Interval> = pairs.iter().map(Pair::residual).collect();
+    if residuals.iter().any(|r| !r.is_finite()) {
+        return Measure::Undefined("a measured or predicted value is not a finite number");
+    }
+    let sizes: Vec<Interval> = residuals.iter().map(|r| r.abs()).collect();
+    let rmse = mean(sizes.iter().map(|s| s.map(|x| x * x))).map(f64::sqrt);
+    match metric {
+        Metric::Bias => finite(mean(residuals.iter().copied())),
+        Metric::Mae => finite(mean(sizes.iter().copied())),
+        Metric::Rmse => finite(rmse),
+        Metric::MaxAbsError => finite(max(sizes.iter().copied())),
+        Metric::RelativeToMeasuredMax | Metric::RelativeToMeasuredMean => {
+            match pairs.iter().map(Pair::relative_to_measured).collect::<Option<Vec<_>>>() {
+                None => Measure::Undefined("a measured value of zero cannot be a denominator"),
+                Some(shares) if metric == Metric::RelativeToMeasuredMax => finite(max(shares.into_iter())),
+                Some(shares) => finite(mean(shares.into_iter())),
+            }
+        }
+        Metric::RelativeToPredictedMax | Metric::RelativeToPredictedMean => {
+            match pairs.iter().map(Pair::relative_to_predicted).collect::<Option<Vec<_>>>() {
+                None => Measure::Undefined("a predicted value of zero cannot be a denominator"),
+                Some(shares) if metric == Metric::RelativeToPredictedMax => finite(max(shares.into_iter())),
+                Some(shares) => finite(mean(shares.into_iter())),
+            }
+        }
+        Metric::RelativeToRangeMax => over_range(max(sizes.iter().copied()), pairs),
+        Metric::RelativeToRangeRmse => over_range(rmse, pairs),
+        Metric::R2 => r2(pairs),
+        Metric::ResidualAtZero => Measure::Undefined("no zero-pressure reference"),
+    }
+}
+
+/// Never hands on a number that is not one: NaN in, `Undefined` out.
+fn finite(interval: Interval) -> Measure {
+    if interval.is_finite() {
+        Measure::Known(interval)
+    } else {
+        Measure::Undefined("the result is not a finite number")
+    }
+}
+
+fn mean(items: impl ExactSizeIterator<Item = Interval>) -> Interval {
+    let n = items.len() as f64;
+    let sum = items.fold(Interval { value: 0.0, lower: 0.0, upper: 0.0 }, |a, b| Interval {
+        value: a.value + b.value,
+        lower: a.lower + b.lower,
+        upper: a.upper + b.upper,
+    });
+    sum.map(|x| x / n)
+}
+
+fn max(items: impl Iterator<Item = Interval>) -> Interval {
+    items.fold(Interval { value: 0.0, lower: 0.0, upper: 0.0 }, |a, b| Interval {
+        value: a.value.max(b.value),
+        lower: a.lower.max(b.lower),
+        upper: a.upper.max(b.upper),
+    })
+}
+
+fn over_range(size: Interval, pairs: &[Pair]) -> Measure {
+    let extreme = |pick: fn(f64, f64) -> f64, start: f64, of: fn(&Interval) -> f64| {
+        pairs.iter().map(|p| of(&p.measured)).fold(start, pick)
+    };
+    let range = |of_max: fn(&Interval) -> f64, of_min: fn(&Interval) -> f64| {
+        extreme(f64::max, f64::NEG_INFINITY, of_max) - extreme(f64::min, f64::INFINITY, of_min)
+    };
+    let range = Interval {
+        value: range(|i| i.value, |i| i.value),
+        lower: range(|i| i.lower, |i| i.upper),
+        upper: range(|i| i.upper, |i| i.lower),
+    };
+    if range.lower <= 0.0 {
+        return Measure::Undefined("the measured values do not span a range");
+    }
+    finite(Interval {
+        value: size.value / range.value,
+        lower: size.lower / range.upper,
+        upper: size.upper / range.lower,
+    })
+}
+
+fn r2(pairs: &[Pair]) -> Measure {
+    let n = pairs.len() as f64;
+    let centre = pairs.iter().map(|p| p.measured.value).sum::<f64>() / n;
+    let total: f64 = pairs.iter().map(|p| (p.measured.value - centre).powi(2)).sum();
+    let left: f64 = pairs.iter().map(|p| p.residual().value.powi(2)).sum();
+    if total > 0.0 { Measure::Shown(1.0 - left / total) } else { Measure::Undefined("the measured values do not vary") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pairs(predicted: &[(f64, f64)], measured: &[(f64, f64)]) -> Vec<Pair> {
+        let interval =
+            |(si, half_width_si): &(f64, f64)| Interval::from(Printed { si: *si, half_width_si: *half_width_si });
+        predicted.iter().zip(measured).map(|(p, m)| Pair { predicted: interval(p), measured: interval(m) }).collect()
+    }
+
+    fn known(metric: Metric, pairs: &[Pair]) -> Interval {
+        match measure(metric, pairs, None) {
+            Measure::Known(interval) => interval,
+            other => panic!("{metric:?}: {other:?}"),
+        }
+    }
+
+    fn published(predicted: [f64; 5], half: f64) -> Vec<Pair> {
+        let measured = [33.44, 35.67, 37.72, 39.66, 41.45].map(|m| (m, 0.005));
+        pairs(&predicted.map(|p| (p, half)), &measured)
+    }
+
+    /// internal-support, table of gauge pressure against L: the published errors.
+    #[test]
+    fn published_theory_and_fea_give_the_golden_numbers() {
+        let theory = published([32.5, 34.8, 36.9, 38.8, 40.6], 0.05);
+        assert!((known(Metric::Rmse, &theory).value - 0.8689).abs() < 5e-5);
+        assert!((known(Metric::MaxAbsError, &theory).value - 0.94).abs() < 1e-12);
+        assert!((known(Metric::RelativeToMeasuredMax, &theory).value - 0.028_11).abs() < 5e-6);
+        let fea = published([31.86, 33.92, 35.93, 37.81, 39.59], 0.005);
+        assert!((known(Metric::Rmse, &fea).value - 1.7689).abs() < 5e-5);
+        assert!((known(Metric::MaxAbsError, &fea).value - 1.86).abs() < 1e-12);
+        assert!((known(Metric::RelativeToMeasuredMax, &fea).value - 0.049_06).abs() < 5e-6);
+    }
+
+    /// By hand: residuals 1, -2, 3 on measured 10, 20, 30.
+    #[test]
+    fn every_metric_by_hand() {
+        let p = pairs(&[(11.0, 0.0), (18.0, 0.0), (33.0, 0.0)], &[(10.0, 0.0), (20.0, 0.0), (30.0, 0.0)]);
+        for (metric, expected) in [
+            (Metric::Bias, 2.0 / 3.0),
+            (Metric::Mae, 2.0),
+            (Metric::Rmse, (14.0_f64 / 3.0).sqrt()),
+            (Metric::MaxAbsError, 3.0),
+            (Metric::RelativeToMeasuredMax, 0.1),
+            (Metric::RelativeToMeasuredMean, 0.1),
+            (Metric::RelativeToPredictedMax, 2.0 / 18.0),
+            (Metric::RelativeToPredictedMean, (1.0 / 11.0 + 2.0 / 18.0 + 3.0 / 33.0) / 3.0),
+            (Metric::RelativeToRangeMax, 0.15),
+            (Metric::RelativeToRangeRmse, (14.0_f64 / 3.0).sqrt() / 20.0),
+        ] {
+            let found = known(metric, &p);
+            for number in [found.value, found.lower, found.upper] {
+                assert!((number - expected).abs() < 1e-15, "{metric:?}: {number} {expected}");
+            }
+        }
+        assert_eq!(measure(Metric::R2, &p, None), Measure::Shown(1.0 - 14.0 / 200.0));
+        let at_zero = pairs(&[(0.5, 0.0)], &[(0.0, 0.0)])[0];
+        let Measure::Known(zero) = measure(Metric::ResidualAtZero, &p, Some(at_zero)) else { panic!() };
+        assert!((zero.value - 0.5).abs() < 1e-15);
+    }
+
+    /// Every corner of the box of printed intervals lies inside the stated interval, and the interval is no wider than needed.
+    #[test]
+    fn intervals_are_the_extremes_over_the_printed_digits() {
+        let predicted = [(5.2, 0.05), (-3.0, 0.5)];
+        let measured = [(5.0, 0.5), (-2.0, 0.5)];
+        let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
+        for metric in Metric::ALL.into_iter().filter(|m| !matches!(m, Metric::R2 | Metric::ResidualAtZero)) {
+            let stated = known(metric, &pairs(&predicted, &measured));
+            let (mut lower, mut upper) = (f64::INFINITY, f64::NEG_INFINITY);
+            for a in steps {
+                for b in steps {
+                    for c in steps {
+                        for d in steps {
+                            let at = |(v, h): (f64, f64), s: f64| (v + s * h, 0.0);
+                            let moved = pairs(
+                                &[at(predicted[0], a), at(predicted[1], b)],
+                                &[at(measured[0], c), at(measured[1], d)],
+                            );
+                            let value = known(metric, &moved).value;
+                            (lower, upper) = (lower.min(value), upper.max(value));
+                        }
+                    }
+                }
+            }
+            assert!(stated.lower <= lower + 1e-12 && stated.upper >= upper - 1e-12, "{metric:?} too narrow");
+            let coarse = matches!(metric, Metric::RelativeToRangeMax | Metric::RelativeToRangeRmse);
+            // The grid may step over a zero of |r|, so only the upper end is held to be tight.
+            assert!(coarse || stated.upper <= upper + 1e-12, "{metric:?} too wide: {stated:?} {lower} {upper}");
+        }
+    }
+
+    #[test]
+    fn nan_empty_and_zero_denominators_give_no_number() {
+        let nan = pairs(&[(1.0, 0.0), (f64::NAN, 0.0)], &[(1.0, 0.0), (2.0, 0.0)]);
+        let zero = pairs(&[(0.0, 0.0)], &[(0.0, 0.0)]);
+        for metric in Metric::ALL {
+            assert!(matches!(measure(metric, &nan, Some(nan[1])), Measure::Undefined(_)), "{metric:?}");
+            assert!(matches!(measure(metric, &[], None), Measure::Undefined(_)), "{metric:?}");
+        }
+        for metric in
+            [Metric::RelativeToMeasuredMax, Metric::RelativeToPredictedMean, Metric::RelativeToRangeMax, Metric::R2]
+        {
+            assert!(matches!(measure(metric, &zero, None), Measure::Undefined(_)), "{metric:?}");
+        }
+    }
+
+    #[test]
+    fn ids_are_found_and_unique() {
+        for metric in Metric::ALL {
+            assert_eq!(Metric::parse(metric.id()), Some(metric));
+            assert_eq!(serde_json::to_string(&metric).unwrap(), format!("\"{}\"", metric.id()));
+        }
+    }
+}

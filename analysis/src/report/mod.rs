@@ -1,0 +1,10 @@
+//! Figures and pages, drawn from stored numbers only.
+
+mod chart;
+mod figures;
+mod page;
+pub mod text;
+mod view;
+
+pub use figures::{Figure, figures};
+pub use page::{Page, pages};

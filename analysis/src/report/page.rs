@@ -1,0 +1,77 @@
+//! Pages: templates filled in with what [`super::view`] prepares. Every page is one file that needs no other.
+
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior, Value};
+use serde::Serialize;
+
+use super::figures::Figure;
+use super::view;
+use crate::AnalysisError;
+use crate::results::Results;
+
+/// A page.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Page {
+    /// File name.
+    pub name: String,
+    /// Content.
+    pub html: String,
+}
+
+/// The index and one page per actuator.
+///
+/// # Errors
+/// [`AnalysisError::Page`] if a template asks for what is not there.
+pub fn pages(results: &Results, figures: &[Figure]) -> Result<Vec<Page>, AnalysisError> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    for (name, source) in [
+        ("base.html", include_str!("templates/base.html")),
+        ("index.html", include_str!("templates/index.html")),
+        ("actuator.html", include_str!("templates/actuator.html")),
+    ] {
+        environment.add_template(name, source).map_err(|e| failed(name, &e))?;
+    }
+    let render = |name: String, template: &str, content: Content| {
+        let all = Everything {
+            style: include_str!("templates/style.css"),
+            font: &font(),
+            head: view::head(results),
+            content,
+        };
+        let html = environment.get_template(template).and_then(|t| t.render(Value::from(Serde(all))));
+        html.map(|html| Page { name: name.clone(), html }).map_err(|e| failed(&name, &e))
+    };
+    let mut pages = vec![render("index.html".to_owned(), "index.html", Content::Index(view::index(results)))?];
+    for record in &results.actuators {
+        let page = view::actuator_page(results, record, figures);
+        pages.push(render(format!("{}.html", record.id), "actuator.html", Content::Actuator(Box::new(page)))?);
+    }
+    Ok(pages)
+}
+
+/// What a template sees.
+#[derive(Serialize)]
+struct Everything<'a> {
+    style: &'a str,
+    font: &'a str,
+    head: view::Head,
+    content: Content<'a>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Content<'a> {
+    Index(view::Index),
+    Actuator(Box<view::ActuatorPage<'a>>),
+}
+
+/// The embedded typeface, so that a page looks the same on a machine with no fonts.
+fn font() -> String {
+    use base64::Engine as _;
+    base64::engine::general_purpose::STANDARD.encode(include_bytes!("../../assets/pneuval-sans-regular.woff2"))
+}
+
+fn failed(page: &str, error: &minijinja::Error) -> AnalysisError {
+    AnalysisError::Page { page: page.to_owned(), message: format!("{error:#}") }
+}

@@ -1,0 +1,507 @@
+//! What pages show: stored numbers as text.
+
+use serde::Serialize;
+
+use pneuval_ingest::units::Unit;
+
+use super::figures::Figure;
+use crate::compare::metric_text;
+use crate::format;
+use crate::metrics::Metric;
+use crate::results::{ActuatorRecord, Comparison, Decision, PointStatus, Results, Standing};
+use crate::verdict::Verdict;
+
+/// The head of every page.
+#[derive(Serialize)]
+pub struct Head {
+    pub program: String,
+    pub metric_definitions: u32,
+    pub report_only: bool,
+    pub actuators: Vec<Link>,
+}
+
+#[derive(Serialize)]
+pub struct Link {
+    pub id: String,
+    pub title: String,
+}
+
+/// The decision over some comparisons.
+#[derive(Serialize)]
+pub struct DecisionView {
+    /// `good`, `bad` or `open`, for colour.
+    pub tone: &'static str,
+    /// The decision in a sentence.
+    pub headline: String,
+    /// Counts.
+    pub detail: String,
+}
+
+/// What the index shows.
+#[derive(Serialize)]
+pub struct Index {
+    pub decision: DecisionView,
+    pub overview: Vec<Card>,
+    pub rows: Vec<Row>,
+}
+
+/// An actuator on the index.
+#[derive(Serialize)]
+pub struct Card {
+    pub id: String,
+    pub title: String,
+    pub summary: String,
+    pub decision: DecisionView,
+}
+
+/// A row of the comparison table.
+#[derive(Serialize)]
+pub struct Row {
+    pub actuator: String,
+    pub actuator_title: String,
+    pub quantity: String,
+    pub title: String,
+    pub form: String,
+    pub kind: String,
+    pub n: String,
+    pub excluded: String,
+    pub rmse: String,
+    pub max: String,
+    pub relative: String,
+    pub relative_of: &'static str,
+    pub bound: String,
+    pub verdict: &'static str,
+    /// `good`, `bad`, `open` or `none`.
+    pub tone: &'static str,
+    pub expectation: &'static str,
+    pub sentence: String,
+    pub remark: Option<String>,
+    pub reasons: Vec<String>,
+    pub assumed: String,
+}
+
+/// Everything a type's page shows.
+#[derive(Serialize)]
+pub struct ActuatorPage<'a> {
+    pub record: &'a ActuatorRecord,
+    pub decision: DecisionView,
+    pub rows: Vec<Row>,
+    pub figures: Vec<FigureView>,
+    pub tables: Vec<PointTable>,
+    pub metrics: Vec<MetricTable>,
+    pub forms: Vec<FormView>,
+    pub inputs: Vec<InputView>,
+    pub stated: Vec<StatedView>,
+}
+
+#[derive(Serialize)]
+pub struct FigureView {
+    pub name: String,
+    pub caption: String,
+    pub data: String,
+}
+
+/// Measured and predicted values of one quantity, point by point.
+#[derive(Serialize)]
+pub struct PointTable {
+    pub title: String,
+    pub source: String,
+    pub forms: Vec<String>,
+    pub points: Vec<PointRow>,
+}
+
+#[derive(Serialize)]
+pub struct PointRow {
+    pub pressure: String,
+    pub measured: String,
+    pub note: String,
+    pub predicted: Vec<Cell>,
+}
+
+#[derive(Serialize)]
+pub struct Cell {
+    pub value: String,
+    pub residual: String,
+}
+
+/// Every metric of one quantity, form by form.
+#[derive(Serialize)]
+pub struct MetricTable {
+    pub title: String,
+    pub names: Vec<&'static str>,
+    pub rows: Vec<MetricRow>,
+}
+
+#[derive(Serialize)]
+pub struct MetricRow {
+    pub title: String,
+    pub n: String,
+    pub cells: Vec<MetricCell>,
+}
+
+#[derive(Serialize)]
+pub struct MetricCell {
+    pub value: String,
+    pub interval: String,
+}
+
+/// A form's equation and source.
+#[derive(Serialize)]
+pub struct FormView {
+    pub title: String,
+    pub quantity: String,
+    pub kind: String,
+    pub source: String,
+    pub equation: Option<String>,
+    pub misprints: Vec<String>,
+    pub fit: Option<String>,
+}
+
+#[derive(Serialize)]
+pub struct InputView {
+    pub name: String,
+    pub value: String,
+    pub origin: String,
+    pub place: String,
+}
+
+#[derive(Serialize)]
+pub struct StatedView {
+    pub title: String,
+    pub value: String,
+    pub place: String,
+}
+
+/// Stands where there is no number.
+pub const DASH: &str = "–";
+
+pub fn head(results: &Results) -> Head {
+    Head {
+        program: results.program.clone(),
+        metric_definitions: results.metric_definitions,
+        report_only: results.report_only,
+        actuators: results.actuators.iter().map(|a| Link { id: a.id.clone(), title: a.title.clone() }).collect(),
+    }
+}
+
+pub fn index(results: &Results) -> Index {
+    let card = |a: &ActuatorRecord| Card {
+        id: a.id.clone(),
+        title: a.title.clone(),
+        summary: a.summary.clone(),
+        decision: decision(results, Some(&a.id)),
+    };
+    Index {
+        decision: decision(results, None),
+        overview: results.actuators.iter().map(card).collect(),
+        rows: rows_by_urgency(results),
+    }
+}
+
+/// Rows in the order in which a reader needs them: what differs from the expected first, then what is open.
+pub fn rows_by_urgency(results: &Results) -> Vec<Row> {
+    let order = [Standing::Unexpected, Standing::Open, Standing::AsExpected, Standing::NotCounted];
+    order
+        .into_iter()
+        .flat_map(|standing| results.comparisons.iter().filter(move |c| c.standing() == standing))
+        .map(|c| row(results, c))
+        .collect()
+}
+
+fn row(results: &Results, c: &Comparison) -> Row {
+    let unit = c.quantity.unit();
+    let title = results.actuators.iter().find(|a| a.id == c.actuator).map_or(c.actuator.clone(), |a| a.title.clone());
+    let (relative_metric, relative_of) = relative_metric(c);
+    let mut reasons: Vec<String> = c.judgements.iter().map(|j| j.bound.reason.clone()).collect();
+    reasons.dedup();
+    Row {
+        actuator: c.actuator.clone(),
+        actuator_title: title,
+        quantity: c.quantity.title.clone(),
+        title: c.title.clone(),
+        form: c.form.clone(),
+        kind: c.kind.clone(),
+        n: format!("{} / {}", c.n_used, c.n_available),
+        excluded: excluded(c),
+        rmse: metric_cell(c, Metric::Rmse, unit),
+        max: metric_cell(c, Metric::MaxAbsError, unit),
+        relative: metric_cell(c, relative_metric, unit),
+        relative_of,
+        bound: super::text::bounds(c),
+        verdict: c.verdict.name(),
+        tone: tone(c),
+        expectation: expectation(c),
+        sentence: c.sentence.clone(),
+        remark: c.remark.clone(),
+        reasons,
+        assumed: c.assumed.join(", "),
+    }
+}
+
+/// The relative error a row shows: the one its bound names, else of the measured value.
+pub fn relative_metric(c: &Comparison) -> (Metric, &'static str) {
+    match c.deciding().map(|j| j.bound.metric) {
+        Some(m @ (Metric::RelativeToPredictedMax | Metric::RelativeToPredictedMean)) => (m, "of predicted"),
+        Some(m @ (Metric::RelativeToRangeMax | Metric::RelativeToRangeRmse)) => (m, "of range"),
+        Some(m @ Metric::RelativeToMeasuredMean) => (m, "of measured, mean"),
+        _ => (Metric::RelativeToMeasuredMax, "of measured"),
+    }
+}
+
+/// A metric in a table: its value, or what is known over the points that have a prediction, or a dash.
+pub fn metric_cell(c: &Comparison, metric: Metric, unit: Unit) -> String {
+    let Some(record) = c.metric(metric) else { return DASH.to_owned() };
+    match (record.value, record.over_predicted_points) {
+        (Some(value), _) => metric_text(metric, value, unit),
+        (None, Some(partial)) => {
+            let total = c.n_used + c.n_without_prediction;
+            format!("({} at {} of {total})", metric_text(metric, partial, unit), c.n_used)
+        }
+        (None, None) => DASH.to_owned(),
+    }
+}
+
+/// Points that are not in the metrics, counted by reason.
+pub fn excluded(c: &Comparison) -> String {
+    let count = |status| c.points.iter().filter(|p| p.status == status).count();
+    let mut parts = Vec::new();
+    for (status, one) in [
+        (PointStatus::ZeroReference, "zero reference"),
+        (PointStatus::NoPrediction, "without prediction"),
+        (PointStatus::NotFinite, "not finite"),
+        (PointStatus::HoleInPrint, "not printed"),
+    ] {
+        let n = count(status);
+        if n > 0 {
+            parts.push(format!("{n} {one}"));
+        }
+    }
+    parts.join(", ")
+}
+
+/// Whether the verdict is what was expected, in a word.
+pub fn expectation(c: &Comparison) -> &'static str {
+    match c.standing() {
+        Standing::AsExpected if c.verdict == Verdict::Fail => "as expected",
+        Standing::AsExpected => "",
+        Standing::Unexpected if c.verdict == Verdict::Pass => "expected to exceed",
+        Standing::Unexpected => "expected to pass",
+        Standing::Open => "open",
+        Standing::NotCounted => "not counted",
+    }
+}
+
+fn tone(c: &Comparison) -> &'static str {
+    match c.standing() {
+        Standing::AsExpected if c.verdict == Verdict::Fail => "known",
+        Standing::AsExpected => "good",
+        Standing::Unexpected => "bad",
+        Standing::Open => "open",
+        Standing::NotCounted => "none",
+    }
+}
+
+/// The decision over all comparisons, or over those of one actuator.
+pub fn decision(results: &Results, actuator: Option<&str>) -> DecisionView {
+    let mine: Vec<&Comparison> =
+        results.comparisons.iter().filter(|c| actuator.is_none_or(|id| c.actuator == id)).collect();
+    let count = |standing| mine.iter().filter(|c| c.standing() == standing).count();
+    let (unexpected, open) = (count(Standing::Unexpected), count(Standing::Open));
+    let known = mine.iter().filter(|c| c.standing() == Standing::AsExpected && c.verdict == Verdict::Fail).count();
+    let passed = count(Standing::AsExpected) - known;
+    let decision = match actuator {
+        None => results.decision(),
+        Some(_) if unexpected > 0 => Decision::Unexpected,
+        Some(_) if open > 0 || passed + known == 0 => Decision::Open,
+        Some(_) => Decision::AsExpected,
+    };
+    let (tone, headline) = match decision {
+        Decision::AsExpected => ("good", "Every verdict is as expected".to_owned()),
+        Decision::Unexpected => ("bad", format!("{unexpected} of {} differ from what was expected", mine.len())),
+        Decision::Open if passed + known + unexpected + open == 0 => ("open", "Nothing was judged".to_owned()),
+        Decision::Open => ("open", format!("{open} of {} are open: inconclusive or without a bound", mine.len())),
+    };
+    let mut parts = vec![format!("{} comparisons", mine.len()), format!("{passed} pass")];
+    if known > 0 {
+        parts.push(format!("{known} exceed their bound as expected"));
+    }
+    if unexpected > 0 {
+        parts.push(format!("{unexpected} differ"));
+    }
+    if open > 0 {
+        parts.push(format!("{open} open"));
+    }
+    if count(Standing::NotCounted) > 0 {
+        parts.push(format!("{} not counted", count(Standing::NotCounted)));
+    }
+    DecisionView { tone, headline, detail: parts.join(" · ") }
+}
+
+pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figures: &[Figure]) -> ActuatorPage<'a> {
+    let mine: Vec<&Comparison> = results.comparisons.iter().filter(|c| c.actuator == record.id).collect();
+    let mut quantities: Vec<&str> = Vec::new();
+    for c in &mine {
+        if !quantities.contains(&c.quantity.id.as_str()) {
+            quantities.push(&c.quantity.id);
+        }
+    }
+    let of = |id: &str| mine.iter().copied().filter(|c| c.quantity.id == id).collect::<Vec<_>>();
+    ActuatorPage {
+        record,
+        decision: decision(results, Some(&record.id)),
+        rows: mine.iter().map(|c| row(results, c)).collect(),
+        figures: figures.iter().filter(|f| f.actuator == record.id).map(figure_view).collect(),
+        tables: quantities.iter().filter_map(|id| point_table(&of(id))).collect(),
+        metrics: quantities.iter().filter_map(|id| metric_table(&of(id))).collect(),
+        forms: mine.iter().map(|c| form_view(c)).collect(),
+        inputs: record.inputs.iter().map(input_view).collect(),
+        stated: record.datasets.iter().flat_map(|d| &d.stated).map(stated_view).collect(),
+    }
+}
+
+fn figure_view(figure: &Figure) -> FigureView {
+    use base64::Engine as _;
+    FigureView {
+        name: figure.name.clone(),
+        caption: figure.caption.clone(),
+        data: base64::engine::general_purpose::STANDARD.encode(&figure.png),
+    }
+}
+
+fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
+    let first = comparisons.first()?;
+    let unit = first.quantity.unit();
+    let points = first
+        .points
+        .iter()
+        .enumerate()
+        .map(|(i, point)| PointRow {
+            pressure: format::pressures(&point.pressures_gauge_pa, &first.chambers),
+            // A measured value is shown with the digits it was printed with.
+            measured: point.measured.map_or(DASH.to_owned(), |m| {
+                format::quantity(m, unit, printed_decimals(unit.from_si(point.measured_half_width)))
+            }),
+            note: match point.status {
+                PointStatus::ZeroReference => "reference, not in the metrics".to_owned(),
+                PointStatus::HoleInPrint => "not printed".to_owned(),
+                _ => String::new(),
+            },
+            predicted: comparisons.iter().map(|c| cell(c, i, unit)).collect(),
+        })
+        .collect();
+    Some(PointTable {
+        title: first.quantity.title.clone(),
+        source: first.measured_source.clone(),
+        forms: comparisons.iter().map(|c| c.title.clone()).collect(),
+        points,
+    })
+}
+
+fn cell(c: &Comparison, i: usize, unit: Unit) -> Cell {
+    let point = c.points.get(i);
+    let residual = point.and_then(|p| p.residual).map_or(String::new(), |r| {
+        let text = format::fixed(unit.from_si(r), 2);
+        if r > 0.0 { format!("+{text}") } else { text }
+    });
+    let value = point.and_then(|p| p.predicted.map(|v| (v, p.predicted_half_width)));
+    let value = value.map_or("no prediction".to_owned(), |(v, half)| {
+        let decimals = if half > 0.0 { printed_decimals(unit.from_si(half)) } else { format::ERROR_DECIMALS };
+        format::quantity(v, unit, decimals)
+    });
+    Cell { value, residual }
+}
+
+/// Decimals of a printed number from half a unit of its last digit: 0.005 is two.
+fn printed_decimals(half_width: f64) -> usize {
+    if half_width <= 0.0 {
+        return format::ERROR_DECIMALS;
+    }
+    // Within ±20 for any number a table can hold; negative where the last digit is a ten or more.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let decimals = (-(2.0 * half_width).log10()).round().clamp(0.0, 12.0) as usize;
+    decimals
+}
+
+fn metric_table(comparisons: &[&Comparison]) -> Option<MetricTable> {
+    let first = comparisons.first()?;
+    let unit = first.quantity.unit();
+    // A metric that no form has a number for (R² of one point, say) is left out.
+    let has_number = |m: &Metric| {
+        comparisons.iter().filter_map(|c| c.metric(*m)).any(|r| r.value.is_some() || r.over_predicted_points.is_some())
+    };
+    let metrics: Vec<Metric> = Metric::ALL.into_iter().filter(has_number).collect();
+    let rows = comparisons
+        .iter()
+        .map(|c| MetricRow {
+            title: c.title.clone(),
+            n: format!("{} / {}", c.n_used, c.n_available),
+            cells: metrics.iter().map(|m| metric_view(c, *m, unit)).collect(),
+        })
+        .collect();
+    Some(MetricTable { title: first.quantity.title.clone(), names: metrics.iter().map(|m| m.title()).collect(), rows })
+}
+
+fn metric_view(c: &Comparison, metric: Metric, unit: Unit) -> MetricCell {
+    let value = metric_cell(c, metric, unit);
+    let ends = c.metric(metric).and_then(|r| r.lower.zip(r.upper));
+    let interval = ends.filter(|(lower, upper)| upper > lower).map_or(String::new(), |(lower, upper)| {
+        format!("{} to {}", metric_text(metric, lower, unit), metric_text(metric, upper, unit))
+    });
+    MetricCell { value, interval }
+}
+
+fn form_view(c: &Comparison) -> FormView {
+    let fit = c.fit.as_ref().map(|fit| {
+        let unit = c.quantity.unit();
+        let parameters: Vec<String> = fit
+            .parameters
+            .iter()
+            .map(|p| {
+                let shown = |v: f64| Unit::parse(&p.unit).map_or(v, |u| u.from_si(v));
+                let std = p.std_si.map_or(String::new(), |s| format!(" ± {}", format::significant(shown(s), 2)));
+                format!("{} = {}{std} {}", p.name, format::significant(shown(p.value_si), 4), p.unit)
+            })
+            .collect();
+        format!(
+            "fitted on {} ({} points): {}; RMSE of the fit {}, condition number {}",
+            fit.fitted_on.join(", "),
+            fit.n,
+            parameters.join(", "),
+            format::quantity(fit.rmse_si, unit, format::ERROR_DECIMALS),
+            format::significant(fit.condition_number, 2)
+        )
+    });
+    FormView {
+        title: c.title.clone(),
+        quantity: c.quantity.title.clone(),
+        kind: c.kind.clone(),
+        source: c.source.clone(),
+        equation: c.equation.clone(),
+        misprints: c.misprints.clone(),
+        fit,
+    }
+}
+
+fn input_view(input: &crate::results::InputRecord) -> InputView {
+    let shown = Unit::parse(&input.unit).map_or_else(
+        || format::short(input.value_si),
+        |unit| {
+            let std = input.std_si.map_or(String::new(), |s| format!(" ± {}", format::short(unit.from_si(s))));
+            format::with_unit(&format!("{}{std}", format::short(unit.from_si(input.value_si))), unit)
+        },
+    );
+    InputView {
+        name: input.name.replace('_', " "),
+        value: shown,
+        origin: input.origin.clone(),
+        place: input.place.clone().unwrap_or_default(),
+    }
+}
+
+fn stated_view(stated: &crate::results::StatedRecord) -> StatedView {
+    let value = Unit::parse(&stated.unit).map_or_else(
+        || format::short(stated.value_si),
+        |u| format::with_unit(&format::short(u.from_si(stated.value_si)), u),
+    );
+    StatedView { title: stated.title.clone(), value, place: stated.place.clone().unwrap_or_default() }
+}

@@ -1,0 +1,415 @@
+//! Every number of a validation, computed once: the content of `results.json`.
+//!
+//! Values are in SI units; residual = predicted - measured. The JSON Schema in `analysis/schema/` is generated from these
+//! types, and a test holds the two together.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use pneuval_ingest::units::Unit;
+
+use crate::bounds::{Bound, Expect};
+use crate::metrics::{Interval, Measure, Metric};
+use crate::verdict::{Basis, Verdict, is_as_expected};
+
+/// Version of the layout of `results.json`.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The results of one `validate`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Results {
+    /// Version of this layout.
+    pub schema_version: u32,
+    /// Name and version of the program.
+    pub program: String,
+    /// Version of the metric definitions.
+    pub metric_definitions: u32,
+    /// Verdicts are shown, but the exit code is 0.
+    pub report_only: bool,
+    /// One per actuator, by id.
+    pub actuators: Vec<ActuatorRecord>,
+    /// One per row of the main table, by actuator, in the order of the dataset.
+    pub comparisons: Vec<Comparison>,
+    /// SHA-256 of the other files of the results folder, by relative path.
+    pub files: BTreeMap<String, String>,
+}
+
+/// An actuator and the data it was compared with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ActuatorRecord {
+    /// Id.
+    pub id: String,
+    /// Type, which chooses the models.
+    pub kind: String,
+    /// Name on pages.
+    pub title: String,
+    /// What it is.
+    pub summary: String,
+    /// Dimensions and material.
+    pub inputs: Vec<InputRecord>,
+    /// Datasets, by id.
+    pub datasets: Vec<DatasetRecord>,
+}
+
+/// A dimension or material constant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InputRecord {
+    /// Name.
+    pub name: String,
+    /// Value in SI units.
+    pub value_si: f64,
+    /// Standard uncertainty in SI units, if stated.
+    pub std_si: Option<f64>,
+    /// Unit it was written in.
+    pub unit: String,
+    /// `published`, `measured`, `assumed` or `calibrated`.
+    pub origin: String,
+    /// Paper, table or equation.
+    pub place: Option<String>,
+}
+
+/// A dataset and where it comes from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetRecord {
+    /// Id.
+    pub id: String,
+    /// Title of the paper.
+    pub paper: String,
+    /// Authors, journal, year, DOI.
+    pub reference: Option<String>,
+    /// Sentences for the page.
+    pub notes: Vec<String>,
+    /// Figures whose data are not printed.
+    pub unprinted: Vec<String>,
+    /// Results stated in the text, not compared here.
+    pub stated: Vec<StatedRecord>,
+    /// Tables shown as printed.
+    pub listings: Vec<ListingRecord>,
+    /// Every file that went in, relative to the dataset's folder.
+    pub sources: Vec<SourceFile>,
+}
+
+/// A result stated in a paper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StatedRecord {
+    /// What it is.
+    pub title: String,
+    /// Value in SI units.
+    pub value_si: f64,
+    /// Unit it is printed in.
+    pub unit: String,
+    /// Where it is printed.
+    pub place: Option<String>,
+}
+
+/// A table as printed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ListingRecord {
+    /// What it is.
+    pub title: String,
+    /// Where it is printed.
+    pub place: String,
+    /// Column names with units.
+    pub names: Vec<String>,
+    /// Cells.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A file that went in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SourceFile {
+    /// Path relative to the dataset's folder.
+    pub path: String,
+    /// SHA-256.
+    pub sha256: String,
+}
+
+/// What is compared.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct QuantityRecord {
+    /// Id.
+    pub id: String,
+    /// Name on pages.
+    pub title: String,
+    /// SI unit of every value below.
+    pub si_unit: String,
+    /// Unit it is shown in.
+    pub display_unit: String,
+}
+
+impl QuantityRecord {
+    /// The unit it is shown in.
+    pub fn unit(&self) -> Unit {
+        // Written by this program from a parsed unit; a hand-edited unknown one falls back to SI or a plain number.
+        let plain = || Unit { symbol: "1", dimension: pneuval_ingest::units::Dimension::Ratio, factor: 1.0 };
+        Unit::parse(&self.display_unit).or_else(|| Unit::parse(&self.si_unit)).unwrap_or_else(plain)
+    }
+}
+
+/// One prediction against one measurement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Comparison {
+    /// `actuator/quantity/form`.
+    pub id: String,
+    /// Actuator id.
+    pub actuator: String,
+    /// Dataset id.
+    pub dataset: String,
+    /// What is compared.
+    pub quantity: QuantityRecord,
+    /// Form id.
+    pub form: String,
+    /// Name in legends and tables.
+    pub title: String,
+    /// `published`, `printed`, `consistent` or `reading`.
+    pub kind: String,
+    /// Paper and place of the prediction.
+    pub source: String,
+    /// Paper and place of the measurement, and how it was measured.
+    pub measured_source: String,
+    /// The equation, for computed forms.
+    pub equation: Option<String>,
+    /// What fails in print, or departs from it.
+    pub misprints: Vec<String>,
+    /// Inputs that nobody printed or measured.
+    pub assumed: Vec<String>,
+    /// The calibration that came first.
+    pub fit: Option<FitRecord>,
+    /// Ground of the intervals.
+    pub basis: Basis,
+    /// Chambers, in the order of each point's pressures.
+    pub chambers: Vec<String>,
+    /// Points with a measured value.
+    pub n_available: usize,
+    /// Points that entered the metrics.
+    pub n_used: usize,
+    /// Measured points, zero reference apart, at which the prediction has no value.
+    pub n_without_prediction: usize,
+    /// Every point of the source, used or not.
+    pub points: Vec<Point>,
+    /// Every metric.
+    pub metrics: Vec<MetricRecord>,
+    /// Every bound with its verdict.
+    pub judgements: Vec<JudgementRecord>,
+    /// The verdict of the comparison: the worst of its bounds.
+    pub verdict: Verdict,
+    /// Whether it counts for the exit code.
+    pub counted: bool,
+    /// Why, in a sentence.
+    pub sentence: String,
+    /// What the page says about it.
+    pub remark: Option<String>,
+}
+
+/// A calibration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FitRecord {
+    /// The data it was fitted to.
+    pub fitted_on: Vec<String>,
+    /// Fitted parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// Root mean square residual of the fit, SI units.
+    pub rmse_si: f64,
+    /// Points fitted.
+    pub n: usize,
+    /// Condition number of the scaled Jacobian.
+    pub condition_number: f64,
+}
+
+/// A fitted parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FittedParameter {
+    /// Name.
+    pub name: String,
+    /// Value in SI units.
+    pub value_si: f64,
+    /// Standard uncertainty from the residual scatter, SI units.
+    pub std_si: Option<f64>,
+    /// Unit it is shown in.
+    pub unit: String,
+}
+
+/// What became of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PointStatus {
+    /// In the metrics.
+    Used,
+    /// At zero pressure: the reference, not in the metrics.
+    ZeroReference,
+    /// No measured value is printed.
+    HoleInPrint,
+    /// Measured or predicted is not a finite number: no metric can be formed.
+    NotFinite,
+    /// The prediction has no value here.
+    NoPrediction,
+}
+
+/// A point of a comparison.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Point {
+    /// Line of the source table.
+    pub line: usize,
+    /// Gauge pressure per chamber, Pa.
+    pub pressures_gauge_pa: Vec<f64>,
+    /// Share of full pressure, 0 to 1.
+    pub pressure_share: f64,
+    /// Measured value; null where none is printed or it is not finite.
+    pub measured: Option<f64>,
+    /// Half a unit of its last printed digit.
+    pub measured_half_width: f64,
+    /// Predicted value; null where there is none.
+    pub predicted: Option<f64>,
+    /// Half a unit of its last printed digit; 0 for a computed value.
+    pub predicted_half_width: f64,
+    /// Predicted - measured.
+    pub residual: Option<f64>,
+    /// What became of it.
+    pub status: PointStatus,
+    /// Why it is not used.
+    pub reason: Option<String>,
+}
+
+/// A metric of a comparison.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MetricRecord {
+    /// Which.
+    pub metric: Metric,
+    /// Value, SI units or share; null where it cannot be formed.
+    pub value: Option<f64>,
+    /// Lower end of what the printed digits leave open.
+    pub lower: Option<f64>,
+    /// Upper end.
+    pub upper: Option<f64>,
+    /// Why there is no value.
+    pub undefined: Option<String>,
+    /// Where some points have no prediction: the metric over the others. Never judged.
+    pub over_predicted_points: Option<f64>,
+}
+
+impl MetricRecord {
+    /// The record of a measure.
+    pub fn new(metric: Metric, measure: Measure) -> Self {
+        let mut record =
+            Self { metric, value: None, lower: None, upper: None, undefined: None, over_predicted_points: None };
+        match measure {
+            Measure::Known(Interval { value, lower, upper }) => {
+                (record.value, record.lower, record.upper) = (Some(value), Some(lower), Some(upper));
+            }
+            Measure::Shown(value) => record.value = Some(value),
+            Measure::Undefined(why) => record.undefined = Some(why.to_owned()),
+        }
+        record
+    }
+
+    /// What is known of it, for judging again.
+    pub fn measure(&self) -> Measure {
+        match (self.value, self.lower, self.upper) {
+            (Some(value), Some(lower), Some(upper)) => Measure::Known(Interval { value, lower, upper }),
+            (Some(value), ..) => Measure::Shown(value),
+            _ => Measure::Undefined("stored without a value"),
+        }
+    }
+}
+
+/// A bound and its verdict.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JudgementRecord {
+    /// The bound.
+    pub bound: Bound,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Why, in a sentence.
+    pub sentence: String,
+}
+
+impl Comparison {
+    /// A metric's record.
+    pub fn metric(&self, metric: Metric) -> Option<&MetricRecord> {
+        self.metrics.iter().find(|m| m.metric == metric)
+    }
+
+    /// The bound that decided the verdict: the first with the comparison's verdict.
+    pub fn deciding(&self) -> Option<&JudgementRecord> {
+        self.judgements.iter().find(|j| j.verdict == self.verdict).or_else(|| self.judgements.first())
+    }
+
+    /// What its bounds expect; a comparison without bounds expects to pass.
+    pub fn expect(&self) -> Expect {
+        self.deciding().map_or(Expect::Pass, |j| j.bound.expect)
+    }
+
+    /// What the comparison means for the exit code.
+    pub fn standing(&self) -> Standing {
+        if !self.counted {
+            return Standing::NotCounted;
+        }
+        let closed = |j: &&JudgementRecord| matches!(j.verdict, Verdict::Pass | Verdict::Fail);
+        if self.judgements.iter().filter(closed).any(|j| !is_as_expected(j.verdict, j.bound.expect)) {
+            return Standing::Unexpected;
+        }
+        if !self.judgements.is_empty() && self.judgements.iter().all(|j| is_as_expected(j.verdict, j.bound.expect)) {
+            return Standing::AsExpected;
+        }
+        Standing::Open
+    }
+}
+
+/// What a comparison means for the exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// Every verdict is the expected one.
+    AsExpected,
+    /// Some verdict is the opposite of the expected one.
+    Unexpected,
+    /// Inconclusive or unjudged.
+    Open,
+    /// Calibration, or judged by nobody on purpose.
+    NotCounted,
+}
+
+/// The decision of a whole validation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decision {
+    /// Every verdict is as expected.
+    AsExpected,
+    /// Some verdict differs from the expected one.
+    Unexpected,
+    /// Nothing differs, but something is open, or nothing was judged at all.
+    Open,
+}
+
+impl Results {
+    /// The decision: a differing verdict outweighs an open one.
+    pub fn decision(&self) -> Decision {
+        let count = |standing| self.comparisons.iter().filter(|c| c.standing() == standing).count();
+        if count(Standing::Unexpected) > 0 {
+            Decision::Unexpected
+        } else if count(Standing::Open) > 0 || count(Standing::AsExpected) == 0 {
+            Decision::Open
+        } else {
+            Decision::AsExpected
+        }
+    }
+
+    /// The JSON Schema of this layout.
+    pub fn schema() -> serde_json::Value {
+        schemars::schema_for!(Self).to_value()
+    }
+}

@@ -1,0 +1,83 @@
+//! Exit codes, all in one place.
+//!
+//! | code | meaning |
+//! |---|---|
+//! | 0 | every verdict is as expected |
+//! | 1 | some verdict differs from the expected one, and nothing else |
+//! | 2 | what the user wrote is wrong: flags, TOML, a published table, a named file that is missing |
+//! | 3 | inconclusive, unjudged, nothing but calibration, or data lost |
+//! | 4 | what the instrument wrote cannot be used |
+
+use std::process::ExitCode;
+
+use thiserror::Error;
+
+use pneuval_analysis::AnalysisError;
+use pneuval_analysis::results::{Decision, Results};
+use pneuval_datasets::DatasetError;
+use pneuval_ingest::IngestError;
+
+/// How a command ended that could do its work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done, or every verdict as expected.
+    Expected,
+    /// Some verdict differs.
+    Differs,
+    /// Something is open.
+    Open,
+}
+
+/// Why a command could not do its work. All of it is the user's to mend: exit 2.
+#[derive(Debug, Error)]
+pub enum Failure {
+    /// A dataset, actuator or path.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// A comparison, a results folder, a figure.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// A file.
+    #[error(transparent)]
+    Ingest(#[from] IngestError),
+    /// A flag's value.
+    #[error("{flag} {found}\n  expected: {expected}\n  next:     {next}")]
+    Flag {
+        /// The flag or argument.
+        flag: &'static str,
+        /// What was given.
+        found: String,
+        /// What is asked for.
+        expected: String,
+        /// What to do.
+        next: String,
+    },
+    /// Standard output refused the result.
+    #[error("standard output: {0}")]
+    Output(#[from] std::io::Error),
+}
+
+/// The outcome that results stand for.
+pub fn of_results(results: &Results) -> Outcome {
+    match results.decision() {
+        _ if results.report_only => Outcome::Expected,
+        Decision::AsExpected => Outcome::Expected,
+        Decision::Unexpected => Outcome::Differs,
+        Decision::Open => Outcome::Open,
+    }
+}
+
+/// Tells a failure on standard error, and gives the exit code.
+pub fn finish(outcome: Result<Outcome, Failure>) -> ExitCode {
+    match outcome {
+        Ok(Outcome::Expected) => ExitCode::SUCCESS,
+        Ok(Outcome::Differs) => ExitCode::from(1),
+        Ok(Outcome::Open) => ExitCode::from(3),
+        // A reader that has seen enough (`| head`) is no error.
+        Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(2)
+        }
+    }
+}

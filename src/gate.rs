@@ -1,0 +1,21 @@
+//! `pneuval gate`: judge stored results again.
+
+use pneuval_analysis::{compare, folder};
+
+use crate::cli::Gate;
+use crate::exit::{self, Failure, Outcome};
+use crate::validate::named_bounds;
+use crate::{output, table};
+
+pub fn run(arguments: &Gate) -> Result<Outcome, Failure> {
+    let named = arguments.bounds.as_deref().map(named_bounds).transpose()?;
+    let (_, evaluation) = folder::load(&arguments.results)?;
+    let mut results = evaluation.results;
+    compare::rejudge(&mut results, named.as_ref().map(|(bounds, _)| bounds))?;
+    if arguments.json {
+        output::print(&folder::to_json(&results)?)?;
+    } else {
+        output::print(&table::render(&results))?;
+    }
+    Ok(exit::of_results(&results))
+}

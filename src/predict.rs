@@ -1,0 +1,209 @@
+//! `pneuval predict`: what the models say over pressure.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::Serialize;
+
+use pneuval_analysis::{format, prediction};
+use pneuval_ingest::error::suggestion;
+use pneuval_ingest::manifest::Actuator;
+use pneuval_ingest::number;
+use pneuval_ingest::units::{Dimension, Unit};
+use pneuval_models::catalogue::{self, Entry};
+
+use crate::cli::Predict;
+use crate::exit::{Failure, Outcome};
+use crate::{output, table};
+
+/// One quantity: pressures down, forms across.
+#[derive(Serialize)]
+struct Block {
+    actuator: String,
+    quantity: &'static str,
+    si_unit: &'static str,
+    chambers: &'static [&'static str],
+    pressures_gauge_pa: Vec<Vec<f64>>,
+    forms: Vec<Form>,
+}
+
+#[derive(Serialize)]
+struct Form {
+    form: &'static str,
+    kind: &'static str,
+    predicted_si: Vec<Option<f64>>,
+    /// Why a value is missing, for the first pressure where it is.
+    no_solution: Option<String>,
+    assumed: Vec<String>,
+}
+
+pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
+    let actuator = pneuval_datasets::find_actuator(&arguments.actuator, Path::new("."))?;
+    let entries = select(arguments, &actuator)?;
+    let asked = arguments.at.iter().map(|text| pressures(text)).collect::<Result<Vec<_>, Failure>>()?;
+    let mut blocks: Vec<Block> = Vec::new();
+    for entry in entries {
+        if !blocks.last().is_some_and(|b| b.quantity == entry.quantity) {
+            blocks.push(Block {
+                actuator: actuator.id.clone(),
+                quantity: entry.quantity,
+                si_unit: entry.quantity_si_unit,
+                chambers: entry.chambers,
+                pressures_gauge_pa: points(arguments, &asked, entry, &actuator)?,
+                forms: vec![],
+            });
+        }
+        if let Some(block) = blocks.last_mut() {
+            let form = predict(entry, &actuator, &block.pressures_gauge_pa)?;
+            block.forms.push(form);
+        }
+    }
+    if arguments.json {
+        output::print_json(&blocks)?;
+    } else {
+        output::print(&blocks.iter().map(text).collect::<String>())?;
+    }
+    Ok(Outcome::Expected)
+}
+
+/// The catalogue entries the flags ask for.
+fn select(arguments: &Predict, actuator: &Actuator) -> Result<Vec<&'static Entry>, Failure> {
+    let of_type: Vec<&'static Entry> = catalogue::entries().filter(|e| e.actuator == actuator.kind).collect();
+    if of_type.is_empty() {
+        let mut known: Vec<&str> = catalogue::entries().map(|e| e.actuator).collect();
+        known.dedup();
+        return Err(flag("type of the actuator", &actuator.kind, &known));
+    }
+    let known: Vec<&str> = of_type.iter().map(|e| e.quantity).collect();
+    let mut chosen = of_type;
+    if let Some(quantity) = &arguments.quantity {
+        chosen.retain(|e| e.quantity == quantity);
+        if chosen.is_empty() {
+            return Err(flag("--quantity", quantity, &known));
+        }
+    }
+    if let Some(form) = &arguments.form {
+        let known: Vec<&str> = chosen.iter().map(|e| e.form).collect();
+        chosen.retain(|e| e.form == form);
+        if chosen.is_empty() {
+            return Err(flag("--form", form, &known));
+        }
+    }
+    Ok(chosen)
+}
+
+fn flag(flag: &'static str, found: &str, known: &[&str]) -> Failure {
+    let mut known = known.to_vec();
+    known.dedup();
+    Failure::Flag {
+        flag,
+        found: format!("`{found}`"),
+        expected: known.join(", "),
+        next: suggestion(found, known.iter().copied()),
+    }
+}
+
+/// `40 kPa` or `40 kPa, 50 kPa`: gauge pressures in Pa.
+fn pressures(text: &str) -> Result<Vec<f64>, Failure> {
+    let wrong = |next: String| Failure::Flag {
+        flag: "--at",
+        found: format!("`{text}`"),
+        expected: "gauge pressures with unit, one per chamber, such as \"40 kPa, 50 kPa\"".to_owned(),
+        next,
+    };
+    text.split(',')
+        .map(|part| {
+            let part = part.trim();
+            // The unit starts at the first letter that is not an exponent's.
+            let split = part
+                .char_indices()
+                .find(|(i, c)| {
+                    c.is_alphabetic() && !(matches!(c, 'e' | 'E') && part[i + 1..].starts_with(['-', '+', '0']))
+                })
+                .map_or(part.len(), |(i, _)| i);
+            let (digits, symbol) = part.split_at(split);
+            let value = number::parse(digits.trim()).map(|(value, _)| value).filter(|v| v.is_finite());
+            let value = value.ok_or_else(|| wrong(format!("correct the number `{}`", digits.trim())))?;
+            match Unit::parse(symbol.trim()) {
+                Some(unit) if unit.dimension == Dimension::Pressure => Ok(unit.to_si(value)),
+                Some(_) => Err(wrong(format!("`{}` is not a pressure", symbol.trim()))),
+                None => Err(wrong(format!("unit `{}`: {}", symbol.trim(), Unit::suggestion(symbol.trim())))),
+            }
+        })
+        .collect()
+}
+
+/// The pressures of a quantity: those asked for, or steps from zero to full.
+fn points(
+    arguments: &Predict,
+    asked: &[Vec<f64>],
+    entry: &Entry,
+    actuator: &Actuator,
+) -> Result<Vec<Vec<f64>>, Failure> {
+    if !asked.is_empty() {
+        if let Some(wrong) = asked.iter().find(|p| p.len() != entry.chambers.len()) {
+            return Err(Failure::Flag {
+                flag: "--at",
+                found: format!("{} pressure(s)", wrong.len()),
+                expected: format!("{} for {}: {}", entry.chambers.len(), entry.quantity, entry.chambers.join(", ")),
+                next: "choose one quantity with --quantity, and give one pressure per chamber".to_owned(),
+            });
+        }
+        return Ok(asked.to_vec());
+    }
+    let full = entry.chambers.iter().map(|chamber| {
+        actuator.chambers.get(*chamber).map(|c| c.pressure_gauge_max.si).ok_or_else(|| Failure::Flag {
+            flag: "chamber",
+            found: format!("`{chamber}` is not in {}", actuator.file),
+            expected: format!("[chamber.{chamber}] with pressure_gauge_max"),
+            next: "add it, or give the pressures with --at".to_owned(),
+        })
+    });
+    let full = full.collect::<Result<Vec<f64>, Failure>>()?;
+    let steps = f64::from(arguments.steps);
+    Ok((0..=arguments.steps).map(|i| full.iter().map(|p| p * f64::from(i) / steps).collect()).collect())
+}
+
+fn predict(entry: &'static Entry, actuator: &Actuator, pressures: &[Vec<f64>]) -> Result<Form, Failure> {
+    let (inputs, assumed) = prediction::inputs(entry, actuator)?;
+    let model = prediction::build(entry, &inputs, actuator)?;
+    let mut no_solution = None;
+    let predicted_si = pressures
+        .iter()
+        .map(|p| model.predict(p).map_err(|error| no_solution.get_or_insert_with(|| error.to_string()).clone()).ok())
+        .collect();
+    Ok(Form { form: entry.form, kind: entry.kind.name(), predicted_si, no_solution, assumed })
+}
+
+fn text(block: &Block) -> String {
+    let unit = Unit::parse(block.si_unit).map_or(Dimension::Ratio, |u| u.dimension).display_unit();
+    let kilopascal = Dimension::Pressure.display_unit();
+    let mut headers: Vec<String> = block.chambers.iter().map(|c| format!("{c} / kPa")).collect();
+    headers.extend(block.forms.iter().map(|f| f.form.to_owned()));
+    let right: Vec<usize> = (0..headers.len()).collect();
+    let mut rows = table::plain(&headers, &right);
+    for (i, pressures) in block.pressures_gauge_pa.iter().enumerate() {
+        let mut cells: Vec<String> = pressures.iter().map(|p| format::short(kilopascal.from_si(*p))).collect();
+        cells.extend(block.forms.iter().map(|f| {
+            f.predicted_si[i]
+                .map_or("no solution".to_owned(), |v| format::fixed(unit.from_si(v), format::ERROR_DECIMALS))
+        }));
+        rows.add_row(cells);
+    }
+    let mut out = format!("{} {} / {}\n{rows}\n", block.actuator, block.quantity, unit.symbol);
+    let mut reasons: BTreeMap<&str, &str> = BTreeMap::new();
+    for form in &block.forms {
+        if let Some(why) = &form.no_solution {
+            reasons.insert(form.form, why);
+        }
+        if !form.assumed.is_empty() {
+            // Writing to a String cannot fail.
+            let _ = writeln!(out, "{}: rests on assumed {}", form.form, form.assumed.join(", "));
+        }
+    }
+    for (form, why) in reasons {
+        let _ = writeln!(out, "{form}: {why}");
+    }
+    out + "\n"
+}

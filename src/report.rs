@@ -1,0 +1,22 @@
+//! `pneuval report`: draw again from stored numbers.
+
+use std::path::Path;
+
+use pneuval_analysis::folder;
+
+use crate::cli::Report;
+use crate::exit::{Failure, Outcome};
+use crate::output;
+
+pub fn run(arguments: &Report) -> Result<Outcome, Failure> {
+    let (results_folder, evaluation) = folder::load(&arguments.results)?;
+    // The results folder lies in the report's.
+    let out = arguments.out.as_deref().or_else(|| results_folder.parent()).unwrap_or(Path::new("report"));
+    let results = folder::publish(out, evaluation)?;
+    if arguments.json {
+        output::print(&folder::to_json(&results)?)?;
+    } else {
+        output::print(&format!("Report: {}\n", out.join("index.html").display()))?;
+    }
+    Ok(Outcome::Expected)
+}

@@ -1,0 +1,57 @@
+//! The table of comparisons on the terminal.
+
+use comfy_table::{CellAlignment, Table, presets};
+
+use pneuval_analysis::metrics::Metric;
+use pneuval_analysis::report::text;
+use pneuval_analysis::results::{Comparison, Results, Standing};
+
+/// The rows of the results, their reasons where something needs one, and the decision.
+pub fn render(results: &Results) -> String {
+    let headers = ["type", "quantity", "prediction", "n", "RMSE", "max |e|", "max relative error", "bound", "verdict"];
+    let mut table = plain(&headers, &[3, 4, 5, 6]);
+    for comparison in &results.comparisons {
+        table.add_row(row(comparison));
+    }
+    let mut out = format!("{table}\n\n");
+    for comparison in results.comparisons.iter().filter(|c| !matches!(c.standing(), Standing::AsExpected)) {
+        out += &format!("{} {}: {}\n", comparison.verdict.name(), comparison.id, comparison.sentence);
+    }
+    let decision = text::decision(results);
+    out + &format!("{}: {}\n", decision.headline, decision.detail)
+}
+
+fn row(comparison: &Comparison) -> Vec<String> {
+    let unit = comparison.quantity.unit();
+    let (metric, of) = text::relative_metric(comparison);
+    let relative = text::metric_cell(comparison, metric, unit);
+    let expectation = text::expectation(comparison);
+    vec![
+        comparison.actuator.clone(),
+        comparison.quantity.id.clone(),
+        comparison.form.clone(),
+        format!("{}/{}", comparison.n_used, comparison.n_available),
+        text::metric_cell(comparison, Metric::Rmse, unit),
+        text::metric_cell(comparison, Metric::MaxAbsError, unit),
+        if relative == text::DASH { relative } else { format!("{relative} {of}") },
+        text::bounds(comparison),
+        if expectation.is_empty() {
+            comparison.verdict.name().to_owned()
+        } else {
+            format!("{}, {expectation}", comparison.verdict.name())
+        },
+    ]
+}
+
+/// A table without lines, some columns set to the right.
+pub fn plain<S: AsRef<str>>(headers: &[S], right: &[usize]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_header(headers.iter().map(AsRef::as_ref));
+    for (i, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((0, 2));
+        if right.contains(&i) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}

@@ -1,0 +1,70 @@
+//! `pneuval validate`: find, compare, judge, write, tell.
+
+use std::path::Path;
+
+use pneuval_analysis::bounds::Bounds;
+use pneuval_analysis::compare::{self, Input};
+use pneuval_analysis::folder;
+use pneuval_analysis::results::SourceFile;
+use pneuval_datasets::Found;
+use pneuval_ingest::{IngestError, digest};
+
+use crate::cli::Validate;
+use crate::exit::{self, Failure, Outcome};
+use crate::{output, table};
+
+pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
+    let named = arguments.bounds.as_deref().map(named_bounds).transpose()?;
+    let found = pneuval_datasets::find(&arguments.paths)?;
+    let inputs = found.into_iter().map(|f| input(f, named.as_ref())).collect::<Result<Vec<Input>, Failure>>()?;
+    tell_strangers(&inputs);
+    let evaluation = compare::validate(&inputs, arguments.report_only)?;
+    let results = folder::publish(&arguments.out, evaluation)?;
+    if arguments.json {
+        output::print(&folder::to_json(&results)?)?;
+    } else {
+        let index = arguments.out.join("index.html");
+        output::print(&format!("{}Report: {}\n", table::render(&results), index.display()))?;
+    }
+    Ok(exit::of_results(&results))
+}
+
+/// A bounds file the user named: it must be there.
+pub fn named_bounds(path: &Path) -> Result<(Bounds, SourceFile), Failure> {
+    let bytes = std::fs::read(path).map_err(|source| IngestError::read(path, source))?;
+    let bounds = Bounds::read(&path.display().to_string(), &bytes)?;
+    // Only the name: a path of this machine has no place in the results.
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    Ok((bounds, SourceFile { path: name, sha256: digest::sha256(&bytes) }))
+}
+
+fn input(found: Found, named: Option<&(Bounds, SourceFile)>) -> Result<Input, Failure> {
+    let (bounds, bounds_source) = match (named, &found.bounds) {
+        (Some((bounds, source)), _) => (bounds.clone(), Some(source.clone())),
+        (None, Some(located)) => {
+            let source = SourceFile { path: located.relative.clone(), sha256: digest::sha256(&located.bytes) };
+            (Bounds::read(&located.file, &located.bytes)?, Some(source))
+        }
+        (None, None) => (Bounds::default(), None),
+    };
+    Ok(Input {
+        file: found.file,
+        dataset: found.dataset,
+        actuator: found.actuator,
+        actuator_path: found.actuator_file,
+        bounds,
+        bounds_source,
+    })
+}
+
+/// Bounds on actuators that are not here judge nothing: perhaps a mistyped id.
+fn tell_strangers(inputs: &[Input]) {
+    let here: Vec<&str> = inputs.iter().map(|i| i.actuator.id.as_str()).collect();
+    let mut strangers: Vec<&str> =
+        inputs.iter().flat_map(|i| i.bounds.actuators()).filter(|id| !here.contains(id)).collect();
+    strangers.sort_unstable();
+    strangers.dedup();
+    for id in strangers {
+        eprintln!("note: bounds on `{id}` were not used: no such actuator here");
+    }
+}
