@@ -44,7 +44,7 @@ pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
     let asked = arguments.at.iter().map(|text| pressures(text)).collect::<Result<Vec<_>, Failure>>()?;
     let mut blocks: Vec<Block> = Vec::new();
     for entry in entries {
-        if !blocks.last().is_some_and(|b| b.quantity == entry.quantity) {
+        if blocks.last().is_none_or(|b| b.quantity != entry.quantity) {
             blocks.push(Block {
                 actuator: actuator.id.clone(),
                 quantity: entry.quantity,

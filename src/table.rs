@@ -1,9 +1,11 @@
 //! The table of comparisons on the terminal.
 
+use std::fmt::Write as _;
+
 use comfy_table::{CellAlignment, Table, presets};
 
 use pneuval_analysis::metrics::Metric;
-use pneuval_analysis::report::text;
+use pneuval_analysis::report::text::{self, NotedText};
 use pneuval_analysis::results::{Comparison, Results, Standing};
 
 /// The rows of the results, their reasons where something needs one, and the decision.
@@ -15,7 +17,8 @@ pub fn render(results: &Results) -> String {
     }
     let mut out = format!("{table}\n\n");
     for comparison in results.comparisons.iter().filter(|c| !matches!(c.standing(), Standing::AsExpected)) {
-        out += &format!("{} {}: {}\n", comparison.verdict.name(), comparison.id, comparison.sentence);
+        // Writing to a String cannot fail.
+        let _ = writeln!(out, "{} {}: {}", comparison.verdict.name(), comparison.id, comparison.sentence);
     }
     let decision = text::decision(results);
     out + &format!("{}: {}\n", decision.headline, decision.detail)
@@ -24,15 +27,19 @@ pub fn render(results: &Results) -> String {
 fn row(comparison: &Comparison) -> Vec<String> {
     let unit = comparison.quantity.unit();
     let (metric, of) = text::relative_metric(comparison);
-    let relative = text::metric_cell(comparison, metric, unit);
+    let cell = |metric| {
+        let NotedText { text, note } = text::metric_cell(comparison, metric, unit);
+        if note.is_empty() { text } else { format!("{text} {note}") }
+    };
+    let relative = cell(metric);
     let expectation = text::expectation(comparison);
     vec![
         comparison.actuator.clone(),
         comparison.quantity.id.clone(),
         comparison.form.clone(),
         format!("{}/{}", comparison.n_used, comparison.n_available),
-        text::metric_cell(comparison, Metric::Rmse, unit),
-        text::metric_cell(comparison, Metric::MaxAbsError, unit),
+        cell(Metric::Rmse),
+        cell(Metric::MaxAbsError),
         if relative == text::DASH { relative } else { format!("{relative} {of}") },
         text::bounds(comparison),
         if expectation.is_empty() {

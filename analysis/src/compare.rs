@@ -62,12 +62,12 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
     for input in inputs {
         let pairs: Vec<(String, String)> =
             input.dataset.comparisons.iter().map(|s| (s.quantity.clone(), s.form.clone())).collect();
-        input.bounds.check_all_used(&input.actuator.id, &pairs)?;
         for spec in &input.dataset.comparisons {
             let (comparison, curve) = compare(input, spec)?;
             curves.push(curve);
             comparisons.push(comparison);
         }
+        input.bounds.check_all_used(&input.actuator.id, &pairs)?;
         let record = actuators.entry(input.actuator.id.clone()).or_insert_with(|| actuator_record(&input.actuator));
         record.datasets.push(dataset_record(input));
     }
@@ -296,7 +296,7 @@ fn point(response: &ResponsePoint, predicted: &Predicted, full: &[f64]) -> Point
 fn n_without_prediction(points: &[Point], prediction: &Prediction) -> usize {
     let without = points.iter().filter(|p| p.status == PointStatus::NoPrediction).count();
     let with = points.iter().filter(|p| matches!(p.status, PointStatus::Used | PointStatus::NotFinite)).count();
-    let printed = prediction.at.iter().any(|at| *at == Predicted::NotPrinted);
+    let printed = prediction.at.contains(&Predicted::NotPrinted);
     if printed && with == 0 { 0 } else { without }
 }
 
@@ -350,7 +350,7 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
     if comparison.fit.as_ref().is_some_and(|fit| fit.fitted_on.contains(&own_data)) {
         comparison.verdict = Verdict::Calibration;
         comparison.counted = false;
-        comparison.sentence = "fitted to these very data: calibration, not validation".to_owned();
+        comparison.sentence = String::from("fitted to these very data: calibration, not validation");
         return;
     }
     for bound in bounds {

@@ -41,7 +41,9 @@ pub fn calibrate(
         if residuals(&start).is_ok() {
             break;
         }
-        start.iter_mut().for_each(|v| *v *= 2.0);
+        for value in &mut start {
+            *value *= 2.0;
+        }
     }
     let mut fit = levenberg_marquardt(residuals, &start)?;
     fit.rmse *= scale;

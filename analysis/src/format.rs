@@ -64,10 +64,9 @@ pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return fixed(value, 0);
     }
-    // The exponent of a finite non-zero double is within ±324.
-    #[allow(clippy::cast_possible_truncation)]
-    let exponent = value.abs().log10().floor() as i64;
-    let decimals = usize::try_from(digits as i64 - 1 - exponent).unwrap_or(0).min(12);
+    // The exponent of a finite non-zero double is within ±324, and nobody asks for more digits than a double has.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let decimals = (digits as f64 - 1.0 - value.abs().log10().floor()).clamp(0.0, 12.0) as usize;
     let text = fixed(value, decimals);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }

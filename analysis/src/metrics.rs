@@ -138,6 +138,7 @@ pub struct Interval {
 
 impl Interval {
     /// The interval of the absolute value.
+    #[must_use]
     pub fn abs(self) -> Self {
         let (a, b) = (self.lower.abs(), self.upper.abs());
         let lower = if self.lower <= 0.0 && self.upper >= 0.0 { 0.0 } else { a.min(b) };

@@ -89,7 +89,8 @@ impl Prediction {
         let full = full_pressures(&pressures);
         let curve = (0..=CURVE_STEPS)
             .filter_map(|i| {
-                let share = f64::from(i) / f64::from(CURVE_STEPS);
+                // Denser near zero, where bending rises like the square root of pressure.
+                let share = (f64::from(i) / f64::from(CURVE_STEPS)).powi(2);
                 let pressures: Vec<f64> = full.iter().map(|p| share * p).collect();
                 model.predict(&pressures).ok().map(|value| CurvePoint { share, value })
             })

@@ -1,5 +1,8 @@
 //! Every embedded file reads, and says where its numbers come from.
 
+// In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
+
 use std::path::{Path, PathBuf};
 
 use pneuval_datasets::{DatasetError, EMBEDDED, find, find_actuator};

@@ -31,7 +31,7 @@ impl<'a> Document<'a> {
     /// # Errors
     /// [`IngestError::Malformed`] with line and key; for an unknown key, with the nearest known one.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, IngestError> {
-        toml::from_str(self.text).map_err(|error| self.from_toml(&error))
+        toml::from_str(self.text).map_err(|error| self.told(&error))
     }
 
     /// An error at a span of this document.
@@ -66,7 +66,7 @@ impl<'a> Document<'a> {
     }
 
     /// serde and toml tell what is wrong in words: "unknown field `x`, expected one of `a`, `b`".
-    fn from_toml(&self, error: &toml::de::Error) -> IngestError {
+    fn told(&self, error: &toml::de::Error) -> IngestError {
         let span = error.span().unwrap_or(0..0);
         let message = error.message();
         let at_span = self.text.get(span.clone()).unwrap_or_default().trim();

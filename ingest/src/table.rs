@@ -171,16 +171,12 @@ impl Table {
         if text.is_empty() {
             return Ok(None);
         }
-        match number::parse(text) {
-            Some((value, half_width)) => {
-                Ok(Some(Printed { si: unit.to_si(value), half_width_si: unit.to_si(half_width) }))
-            }
-            None => {
-                let place = Place::new(&self.file, Some(row.line), Some(format!("column `{name}`")));
-                let next = "write a decimal number with a point, or leave the cell empty";
-                Err(malformed(place, "a number", format!("`{text}`"), next))
-            }
-        }
+        let Some((value, half_width)) = number::parse(text) else {
+            let place = Place::new(&self.file, Some(row.line), Some(format!("column `{name}`")));
+            let next = "write a decimal number with a point, or leave the cell empty";
+            return Err(malformed(place, "a number", format!("`{text}`"), next));
+        };
+        Ok(Some(Printed { si: unit.to_si(value), half_width_si: unit.to_si(half_width) }))
     }
 }
 

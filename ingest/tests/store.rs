@@ -1,5 +1,8 @@
 //! What is stored comes back, and the same columns make the same bytes.
 
+// In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
+
 use pneuval_ingest::IngestError;
 use pneuval_ingest::store::{Columns, Series, read_parquet, write_parquet};
 

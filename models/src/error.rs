@@ -39,9 +39,9 @@ pub enum ModelError {
     },
     /// The pressure is beyond the end of the physical branch.
     #[error(
-        "no solution at {} kPa: the limit is {} kPa, {end}",
-        kpa(*.pressure_gauge_pa),
-        kpa(*.limit_gauge_pa)
+        "no solution at {}: the limit is {}, {end}",
+        pressure(*.pressure_gauge_pa),
+        pressure(*.limit_gauge_pa)
     )]
     BeyondLimit {
         /// The pressure asked for.
@@ -53,9 +53,9 @@ pub enum ModelError {
     },
     /// The unloaded, undeformed state already needs more pressure than was asked for.
     #[error(
-        "no solution at {} kPa: the undeformed state already needs {} kPa",
-        kpa(*.pressure_gauge_pa),
-        kpa(*.start_gauge_pa)
+        "no solution at {}: the undeformed state already needs {}",
+        pressure(*.pressure_gauge_pa),
+        pressure(*.start_gauge_pa)
     )]
     BelowStart {
         /// The pressure asked for.
@@ -127,14 +127,9 @@ pub enum ModelError {
     },
 }
 
-/// Pressure in kPa with few digits, for sentences.
-fn kpa(pressure_pa: f64) -> String {
-    let kpa = pressure_pa / 1e3;
-    if kpa == 0.0 {
-        "0".to_owned()
-    } else if kpa.abs() >= 1e3 {
-        format!("{kpa:.0}")
-    } else {
-        format!("{kpa:.3}")
-    }
+/// A pressure with at most three decimals, in kPa, or in MPa where that reads better.
+fn pressure(pressure_pa: f64) -> String {
+    let (value, unit) = if pressure_pa.abs() >= 1e7 { (pressure_pa / 1e6, "MPa") } else { (pressure_pa / 1e3, "kPa") };
+    let text = format!("{value:.3}");
+    format!("{} {unit}", text.trim_end_matches('0').trim_end_matches('.'))
 }

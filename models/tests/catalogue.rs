@@ -1,5 +1,8 @@
 //! Questions asked of every model in the catalogue at once: a new entry is in the list or the test fails.
 
+// In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
+
 use pneuval_models::catalogue::{self, Entry, Inputs, Model};
 use pneuval_models::solve::Branch;
 

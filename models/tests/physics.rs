@@ -1,5 +1,8 @@
 //! What a physicist asks: derivatives, limits, symmetry, and where a curve ends.
 
+// In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
+
 use pneuval_models::actuators::dual_chamber_finger::{Section, Tip, TipReading};
 use pneuval_models::actuators::internal_support::{Consistent, Geometry, Printed};
 use pneuval_models::error::BranchEnd;

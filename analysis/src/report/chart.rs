@@ -15,10 +15,17 @@ use plotters::style::{FontStyle, register_font};
 
 use crate::format;
 
-/// Pixels of a figure; shown at half this size, so that text is sharp on dense screens.
-pub const SIZE_PX: (u32, u32) = (1520, 860);
-const LEGEND_PX: i32 = 430;
-const TITLE_PX: i32 = 84;
+/// Pixels of a figure; pages show it at half this size, so that text is sharp on dense screens.
+pub const WIDTH_PX: u32 = 1520;
+const HEIGHT_PX: u32 = 860;
+/// Height of a row in a figure of rows, and what its title and axis take.
+const ROW_PX: u32 = 74;
+const AROUND_ROWS_PX: u32 = 220;
+/// Figures are drawn this many times larger and averaged down: the plotting library rounds line ends to whole pixels, which
+/// makes flat curves wobble.
+const OVERSAMPLING: u32 = 2;
+const LEGEND_PX: i32 = px(430);
+const TITLE_PX: i32 = px(84);
 const FONT: &str = "pneuval";
 
 const INK: RGBColor = RGBColor(0x1b, 0x24, 0x30);
@@ -92,8 +99,8 @@ pub enum Layer {
     Line { points: Vec<(f64, f64)>, ink: Ink, dashed: bool },
     /// Marks, each with the text it gets if it lies outside the axes.
     Marks { points: Vec<(f64, f64, String)>, ink: Ink, shape: Shape },
-    /// Words at a place.
-    Words { at: (f64, f64), text: String },
+    /// Words that end at a place.
+    Words { at: (f64, f64), text: String, muted: bool },
 }
 
 /// A line of the legend.
@@ -132,6 +139,17 @@ pub struct Chart {
     pub legend: Vec<Key>,
 }
 
+/// A length of the finished figure in drawn pixels.
+const fn px(length: i32) -> i32 {
+    // OVERSAMPLING is 2.
+    length * OVERSAMPLING.cast_signed()
+}
+
+/// The same for a stroke.
+const fn stroke(width: u32) -> u32 {
+    width * OVERSAMPLING
+}
+
 type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 type Plot<'a, 'b> = ChartContext<
     'a,
@@ -139,9 +157,12 @@ type Plot<'a, 'b> = ChartContext<
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
 >;
 
-/// A font of a size in final pixels: plotters draws text at 1/1.24 of its nominal size.
+/// plotters draws text at 1/1.24 of its nominal size.
+const FONT_SCALE: f64 = 1.24 * OVERSAMPLING as f64;
+
+/// A font of a size in pixels of the finished figure.
 fn font(size_px: f64) -> FontDesc<'static> {
-    (FONT, size_px * 1.24).into_font()
+    (FONT, size_px * FONT_SCALE).into_font()
 }
 
 fn text(size_px: f64, colour: RGBColor) -> TextStyle<'static> {
@@ -161,22 +182,31 @@ fn register() -> Result<(), String> {
 }
 
 impl Chart {
+    /// Height of the finished figure in pixels: a figure of rows is as high as its rows need.
+    pub fn height_px(&self) -> u32 {
+        match u32::try_from(self.rows.len()) {
+            Ok(rows) if rows > 0 => (AROUND_ROWS_PX + ROW_PX * rows).min(4 * HEIGHT_PX),
+            _ => HEIGHT_PX,
+        }
+    }
+
     /// The chart as a PNG file.
     ///
     /// # Errors
     /// What the plotting library or the PNG encoder says.
     pub fn draw(&self) -> Result<Vec<u8>, String> {
         register()?;
-        let (width, height) = SIZE_PX;
+        let (width, height) = (WIDTH_PX * OVERSAMPLING, self.height_px() * OVERSAMPLING);
         let mut pixels = vec![0; 3 * width as usize * height as usize];
         {
-            let root = BitMapBackend::with_buffer(&mut pixels, SIZE_PX).into_drawing_area();
+            let root = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
             self.draw_on(&root).map_err(|e| e.to_string())?;
             root.present().map_err(|e| e.to_string())?;
         }
+        let pixels = averaged(&pixels, width as usize);
         let mut png = Cursor::new(Vec::new());
         PngEncoder::new(&mut png)
-            .write_image(&pixels, width, height, ExtendedColorType::Rgb8)
+            .write_image(&pixels, WIDTH_PX, self.height_px(), ExtendedColorType::Rgb8)
             .map_err(|e| e.to_string())?;
         Ok(png.into_inner())
     }
@@ -185,24 +215,25 @@ impl Chart {
         root.fill(&WHITE)?;
         root.draw(&Text::new(
             self.title.clone(),
-            (40, 30),
-            (FONT, 30.0 * 1.24, FontStyle::Bold).into_font().color(&INK),
+            (px(40), px(30)),
+            (FONT, 30.0 * FONT_SCALE, FontStyle::Bold).into_font().color(&INK),
         ))?;
-        let (width, height) = (i32::try_from(SIZE_PX.0)?, i32::try_from(SIZE_PX.1)?);
-        let plot_area = root.clone().shrink((0, TITLE_PX), (width - LEGEND_PX, height - TITLE_PX - 16));
+        let (width, height) = (px(WIDTH_PX.cast_signed()), px(self.height_px().cast_signed()));
+        let plot_area = root.clone().shrink((0, TITLE_PX), (width - LEGEND_PX, height - TITLE_PX - px(16)));
         let numeric = self.rows.is_empty();
         let mut plot = ChartBuilder::on(&plot_area)
-            .margin_left(if numeric { 20 } else { 330 })
-            .margin_right(24)
-            .margin_top(8)
-            .x_label_area_size(86)
-            .y_label_area_size(if numeric { 110 } else { 8 })
+            .margin_left(px(if numeric { 20 } else { 330 }))
+            .margin_right(px(24))
+            .margin_top(px(8))
+            .x_label_area_size(px(86))
+            .y_label_area_size(px(if numeric { 110 } else { 8 }))
             .build_cartesian_2d(self.x.clone(), self.y.clone())?;
         let number = |value: &f64| format::short(*value);
         let mut mesh = plot.configure_mesh();
-        mesh.bold_line_style(GRID.stroke_width(2))
+        mesh.bold_line_style(GRID.stroke_width(stroke(2)))
             .light_line_style(TRANSPARENT)
-            .axis_style(MUTED.stroke_width(2))
+            .axis_style(MUTED.stroke_width(stroke(2)))
+            .set_all_tick_mark_size(px(7))
             .label_style(text(24.0, MUTED))
             .axis_desc_style(text(25.0, INK))
             .x_desc(&self.x_title)
@@ -218,7 +249,7 @@ impl Chart {
             self.draw_layer(layer, &mut plot)?;
         }
         self.draw_row_names(root, &plot)?;
-        self.draw_legend(root, width - LEGEND_PX + 10)?;
+        self.draw_legend(root, width - LEGEND_PX + px(10))?;
         Ok(())
     }
 
@@ -232,25 +263,25 @@ impl Chart {
                 if self.rows.is_empty() {
                     for level in [y.start, y.end].into_iter().filter(|level| self.y.contains(level)) {
                         let edge = [(a.0, level), (b.0, level)];
-                        plot.draw_series([PathElement::new(edge, BAND_EDGE.stroke_width(2))])?;
+                        plot.draw_series([PathElement::new(edge, BAND_EDGE.stroke_width(stroke(2)))])?;
                     }
                 } else {
                     for level in [x.start, x.end].into_iter().filter(|level| self.x.contains(level)) {
                         let edge = [(level, a.1), (level, b.1)];
-                        plot.draw_series([PathElement::new(edge, BAND_EDGE.stroke_width(2))])?;
+                        plot.draw_series([PathElement::new(edge, BAND_EDGE.stroke_width(stroke(2)))])?;
                     }
                 }
             }
             Layer::Reference(points) => {
                 for piece in self.clipped(points) {
-                    plot.draw_series([PathElement::new(piece, MUTED.stroke_width(2))])?;
+                    plot.draw_series([PathElement::new(piece, MUTED.stroke_width(stroke(2)))])?;
                 }
             }
             Layer::Line { points, ink, dashed } => {
                 for piece in self.clipped(points) {
-                    let style = ink.colour().stroke_width(4);
+                    let style = ink.colour().stroke_width(stroke(4));
                     if *dashed {
-                        plot.draw_series(DashedLineSeries::new(piece, 14, 9, style))?;
+                        plot.draw_series(DashedLineSeries::new(piece, stroke(14), stroke(9), style))?;
                     } else {
                         plot.draw_series([PathElement::new(piece, style)])?;
                     }
@@ -261,8 +292,8 @@ impl Chart {
                     self.draw_mark((*x, *y), label, *ink, *shape, plot)?;
                 }
             }
-            Layer::Words { at, text: words } => {
-                let style = text(22.0, MUTED).pos(Pos::new(HPos::Left, VPos::Center));
+            Layer::Words { at, text: words, muted } => {
+                let style = text(22.0, if *muted { MUTED } else { INK }).pos(Pos::new(HPos::Right, VPos::Center));
                 plot.draw_series([Text::new(words.clone(), *at, style)])?;
             }
         }
@@ -278,25 +309,29 @@ impl Chart {
         plot: &Plot,
     ) -> Result<(), Box<dyn std::error::Error>> {
         let inside = (x.clamp(self.x.start, self.x.end), y.clamp(self.y.start, self.y.end));
-        let (px, py) = plot.backend_coord(&inside);
+        let (column, row) = plot.backend_coord(&inside);
         let area = plot.plotting_area().strip_coord_spec();
         let (ox, oy) = area.get_base_pixel();
-        let at = (px - ox, py - oy);
+        let at = (column - ox, row - oy);
         let outside = (x - inside.0, y - inside.1);
         if outside == (0.0, 0.0) {
             return draw_shape(&area, at, ink, Some(shape));
         }
         // An arrow at the edge, pointing to where the point lies, and its value beside it.
         let (dx, dy) = (sign(outside.0), -sign(outside.1));
-        let tip = (at.0 - dx * 2, at.1 - dy * 2);
+        let tip = (at.0 - dx * px(2), at.1 - dy * px(2));
         let corner = |side: i32| {
-            if dy == 0 { (tip.0 - dx * 20, tip.1 + side * 11) } else { (tip.0 + side * 11, tip.1 - dy * 20) }
+            if dy == 0 {
+                (tip.0 - dx * px(20), tip.1 + side * px(11))
+            } else {
+                (tip.0 + side * px(11), tip.1 - dy * px(20))
+            }
         };
         area.draw(&Polygon::new([tip, corner(-1), corner(1)], ink.colour().filled()))?;
         let (place, anchor) = if dy == 0 {
-            ((tip.0 - dx * 28, tip.1), Pos::new(if dx > 0 { HPos::Right } else { HPos::Left }, VPos::Center))
+            ((tip.0 - dx * px(28), tip.1), Pos::new(if dx > 0 { HPos::Right } else { HPos::Left }, VPos::Center))
         } else {
-            ((tip.0 + 18, tip.1 - dy * 12), Pos::new(HPos::Left, VPos::Center))
+            ((tip.0 + px(18), tip.1 - dy * px(12)), Pos::new(HPos::Left, VPos::Center))
         };
         area.draw(&Text::new(label.to_owned(), place, text(22.0, ink.colour()).pos(anchor)))?;
         Ok(())
@@ -306,38 +341,41 @@ impl Chart {
         for (i, name) in self.rows.iter().enumerate() {
             let (x, y) = plot.backend_coord(&(self.x.start, self.y.end - 0.5 - i as f64));
             let style = text(23.0, INK).pos(Pos::new(HPos::Right, VPos::Center));
-            root.draw(&Text::new(name.clone(), (x - 18, y), style))?;
+            root.draw(&Text::new(name.clone(), (x - px(18), y), style))?;
         }
         Ok(())
     }
 
     fn draw_legend(&self, root: &Area, left: i32) -> Result<(), Box<dyn std::error::Error>> {
-        const LINE: i32 = 32;
-        let mut y = TITLE_PX + 30;
+        const LINE: i32 = px(32);
+        let mut y = TITLE_PX + px(30);
         for key in &self.legend {
-            let swatch = [(left, y), (left + 52, y)];
+            let swatch = [(left, y), (left + px(52), y)];
             if key.band {
-                root.draw(&Rectangle::new([(left, y - 13), (left + 52, y + 13)], BAND.filled()))?;
-                root.draw(&Rectangle::new([(left, y - 13), (left + 52, y + 13)], BAND_EDGE.stroke_width(2)))?;
+                root.draw(&Rectangle::new([(left, y - px(13)), (left + px(52), y + px(13))], BAND.filled()))?;
+                root.draw(&Rectangle::new(
+                    [(left, y - px(13)), (left + px(52), y + px(13))],
+                    BAND_EDGE.stroke_width(stroke(2)),
+                ))?;
             } else {
                 match key.line {
-                    Some(false) => root.draw(&PathElement::new(swatch, key.ink.colour().stroke_width(4)))?,
+                    Some(false) => root.draw(&PathElement::new(swatch, key.ink.colour().stroke_width(stroke(4))))?,
                     Some(true) => {
-                        for start in [left, left + 21, left + 42] {
-                            let dash = [(start, y), (start + 11, y)];
-                            root.draw(&PathElement::new(dash, key.ink.colour().stroke_width(4)))?;
+                        for start in [left, left + px(21), left + px(42)] {
+                            let dash = [(start, y), (start + px(11), y)];
+                            root.draw(&PathElement::new(dash, key.ink.colour().stroke_width(stroke(4))))?;
                         }
                     }
                     None => {}
                 }
-                draw_shape(root, (left + 26, y), key.ink, key.shape)?;
+                draw_shape(root, (left + px(26), y), key.ink, key.shape)?;
             }
             for line in wrapped(&key.text, 27) {
                 let style = text(23.0, INK).pos(Pos::new(HPos::Left, VPos::Center));
-                root.draw(&Text::new(line, (left + 70, y), style))?;
+                root.draw(&Text::new(line, (left + px(70), y), style))?;
                 y += LINE;
             }
-            y += 14;
+            y += px(14);
         }
         Ok(())
     }
@@ -374,9 +412,9 @@ fn draw_shape(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let fill = ink.colour().filled();
     // A white rim keeps marks apart where they overlap.
-    let rim = WHITE.stroke_width(2);
+    let rim = WHITE.stroke_width(stroke(2));
     let polygon = |corners: Vec<(i32, i32)>| -> Result<(), Box<dyn std::error::Error>> {
-        let moved: Vec<(i32, i32)> = corners.into_iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
+        let moved: Vec<(i32, i32)> = corners.into_iter().map(|(dx, dy)| (x + px(dx), y + px(dy))).collect();
         area.draw(&Polygon::new(moved.clone(), fill))?;
         let closed: Vec<(i32, i32)> = moved.iter().copied().chain(moved.first().copied()).collect();
         area.draw(&PathElement::new(closed, rim))?;
@@ -385,21 +423,41 @@ fn draw_shape(
     match shape {
         None => {}
         Some(Shape::Disc) => {
-            area.draw(&Circle::new((x, y), 12, WHITE.filled()))?;
-            area.draw(&Circle::new((x, y), 10, fill))?;
+            area.draw(&Circle::new((x, y), px(12), WHITE.filled()))?;
+            area.draw(&Circle::new((x, y), px(10), fill))?;
         }
         Some(Shape::Square) => polygon(vec![(-10, -10), (10, -10), (10, 10), (-10, 10)])?,
         Some(Shape::Triangle) => polygon(vec![(0, -13), (12, 9), (-12, 9)])?,
         Some(Shape::Diamond) => polygon(vec![(0, -14), (12, 0), (0, 14), (-12, 0)])?,
         Some(Shape::Cross) => {
-            for (dx, dy) in [(10, 10), (10, -10)] {
-                let stroke = [(x - dx, y - dy), (x + dx, y + dy)];
-                area.draw(&PathElement::new(stroke, WHITE.stroke_width(9)))?;
-                area.draw(&PathElement::new(stroke, ink.colour().stroke_width(5)))?;
+            for (dx, dy) in [(px(10), px(10)), (px(10), px(-10))] {
+                let arm = [(x - dx, y - dy), (x + dx, y + dy)];
+                area.draw(&PathElement::new(arm, WHITE.stroke_width(stroke(9))))?;
+                area.draw(&PathElement::new(arm, ink.colour().stroke_width(stroke(5))))?;
             }
         }
     }
     Ok(())
+}
+
+/// Every pixel of the finished figure as the mean of the two by two it was drawn with.
+fn averaged(pixels: &[u8], width: usize) -> Vec<u8> {
+    const { assert!(OVERSAMPLING == 2, "pixels are averaged two by two") };
+    let row = 3 * width;
+    let mut out = Vec::with_capacity(pixels.len() / 4);
+    for rows in pixels.chunks_exact(2 * row) {
+        let (top, bottom) = rows.split_at(row);
+        for (a, b) in top.chunks_exact(6).zip(bottom.chunks_exact(6)) {
+            for channel in 0..3 {
+                let sum = u16::from(a[channel])
+                    + u16::from(a[channel + 3])
+                    + u16::from(b[channel])
+                    + u16::from(b[channel + 3]);
+                out.push(((sum + 2) / 4).to_le_bytes()[0]);
+            }
+        }
+    }
+    out
 }
 
 /// The part of a segment inside a rectangle (Liang and Barsky, 1984).

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pneuval_ingest::units::{Dimension, Unit};
 
-use super::chart::{Chart, Ink, Key, Layer, Shape};
+use super::chart::{Chart, Ink, Key, Layer, Shape, WIDTH_PX};
 use crate::AnalysisError;
 use crate::compare::{limit_text, metric_text};
 use crate::format;
@@ -21,6 +21,8 @@ pub struct Figure {
     pub actuator: String,
     /// What it shows, for the caption and for readers who cannot see it.
     pub caption: String,
+    /// Width and height on a page, half the pixels of the file.
+    pub size: (u32, u32),
     /// The PNG file.
     pub png: Vec<u8>,
 }
@@ -31,38 +33,66 @@ struct Group<'a> {
     curves: Vec<Option<&'a Curve>>,
 }
 
+/// Where the column of values ends in a figure of residuals by form, in half axes.
+const VALUES_TO: f64 = 1.43;
+
+/// A figure before it is drawn.
+struct Plan {
+    name: String,
+    actuator: String,
+    caption: String,
+    chart: Chart,
+}
+
 /// Every figure of the results, in the order in which pages show them.
 ///
 /// # Errors
 /// [`AnalysisError::Figure`] with the figure's name.
 pub fn figures(results: &Results, curves: &[Curve]) -> Result<Vec<Figure>, AnalysisError> {
-    let mut figures = Vec::new();
+    let plans = plans(results, curves);
+    // A figure costs as much as everything else together, and none depends on another.
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let share = plans.len().div_ceil(threads).max(1);
+    std::thread::scope(|scope| {
+        let drawn: Vec<_> =
+            plans.chunks(share).map(|chunk| scope.spawn(|| chunk.iter().map(draw).collect::<Vec<_>>())).collect();
+        drawn
+            .into_iter()
+            .flat_map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    })
+}
+
+fn draw(plan: &Plan) -> Result<Figure, AnalysisError> {
+    let figure = || plan.name.clone();
+    let size = (WIDTH_PX / 2, plan.chart.height_px() / 2);
+    let png = plan.chart.draw().map_err(|message| AnalysisError::Figure { figure: figure(), message })?;
+    Ok(Figure { name: figure(), actuator: plan.actuator.clone(), caption: plan.caption.clone(), size, png })
+}
+
+fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
+    let mut plans = Vec::new();
     for actuator in &results.actuators {
+        let mut plan = |name: String, (chart, caption): (Chart, String)| {
+            plans.push(Plan { name: format!("{}-{name}", actuator.id), actuator: actuator.id.clone(), caption, chart });
+        };
         let groups = groups(results, curves, &actuator.id);
         for group in &groups {
             let Some(first) = group.comparisons.first() else { continue };
-            let base = format!("{}-{}", actuator.id, first.quantity.id);
-            for (kind, (chart, caption)) in [("response", group.response()), ("residuals", group.residuals())] {
-                figures.push(draw(format!("{base}-{kind}"), &actuator.id, &chart, caption)?);
-            }
+            plan(format!("{}-response", first.quantity.id), group.response());
+            plan(format!("{}-residuals", first.quantity.id), group.residuals());
         }
         let mut units: Vec<Unit> = Vec::new();
-        for group in &groups {
-            if let Some(unit) = group.unit().filter(|unit| !units.contains(unit)) {
+        for unit in groups.iter().filter_map(Group::unit) {
+            if !units.contains(&unit) {
                 units.push(unit);
                 let same: Vec<&Group> = groups.iter().filter(|g| g.unit() == Some(unit)).collect();
-                let (chart, caption) = parity(&same, unit);
-                let suffix = if units.len() == 1 { String::new() } else { format!("-{}", units.len()) };
-                figures.push(draw(format!("{}-parity{suffix}", actuator.id), &actuator.id, &chart, caption)?);
+                let name = if units.len() == 1 { "parity".to_owned() } else { format!("parity-{}", units.len()) };
+                plan(name, parity(&same, unit));
             }
         }
     }
-    Ok(figures)
-}
-
-fn draw(name: String, actuator: &str, chart: &Chart, caption: String) -> Result<Figure, AnalysisError> {
-    let png = chart.draw().map_err(|message| AnalysisError::Figure { figure: name.clone(), message })?;
-    Ok(Figure { name, actuator: actuator.to_owned(), caption, png })
+    plans
 }
 
 fn groups<'a>(results: &'a Results, curves: &'a [Curve], actuator: &str) -> Vec<Group<'a>> {
@@ -132,7 +162,8 @@ impl Group<'_> {
         let limits = floor - 0.25 * span..high + 0.5 * span;
         let shown = values.filter(|v| limits.contains(v)).chain([floor, high]);
         let y = spread(shown, 0.06);
-        let mut layers = Vec::new();
+        // Printed columns in front: dashes over a line stay visible, a line over dashes hides them.
+        let (mut layers, mut front) = (Vec::new(), Vec::new());
         let mut legend = vec![Key {
             text: "measured".into(),
             ink: Ink::Measured,
@@ -160,11 +191,13 @@ impl Group<'_> {
                 (false, false) => comparison.title.clone(),
             };
             legend.push(Key { text, ink, shape: Some(shape), line: Some(published), band: false });
+            let target = if published { &mut front } else { &mut layers };
             if line.len() > 1 {
-                layers.push(Layer::Line { points: line, ink, dashed: published });
+                target.push(Layer::Line { points: line, ink, dashed: published });
             }
-            layers.push(Layer::Marks { points, ink, shape });
+            target.push(Layer::Marks { points, ink, shape });
         }
+        layers.append(&mut front);
         let points = measured.iter().map(|(share, v)| (full * share, *v, String::new())).collect();
         layers.push(Layer::Marks { points, ink: Ink::Measured, shape: Shape::Disc });
         let title = format!("{} over pressure", first.quantity.title);
@@ -206,20 +239,20 @@ impl Group<'_> {
         })
     }
 
-    /// Half the residual axis: three times the widest bound and every residual that is not beyond doubt too large.
+    /// Half the residual axis: the widest bound, and every residual up to twice as large. What lies beyond is an arrow.
     fn residual_reach(&self, unit: Unit) -> f64 {
         let bound = self.comparisons.iter().filter_map(|c| Self::residual_bound(c, unit)).fold(0.0, f64::max);
-        let residuals = || {
-            self.comparisons
-                .iter()
-                .flat_map(|c| c.points.iter())
-                .filter(|p| p.status == PointStatus::Used)
-                .filter_map(|p| p.residual)
-                .map(|r| unit.from_si(r).abs())
-        };
-        let largest = residuals().fold(0.0, f64::max);
-        let reach = if bound > 0.0 { largest.min(3.0 * bound).max(bound) } else { largest };
-        1.15 * reach.max(f64::MIN_POSITIVE)
+        let limit = if bound > 0.0 { 2.0 * bound } else { f64::INFINITY };
+        let largest = self
+            .comparisons
+            .iter()
+            .flat_map(|c| c.points.iter())
+            .filter(|p| p.status == PointStatus::Used)
+            .filter_map(|p| p.residual)
+            .map(|r| unit.from_si(r).abs())
+            .filter(|r| *r <= limit)
+            .fold(bound, f64::max);
+        1.3 * largest.max(f64::MIN_POSITIVE)
     }
 
     fn residuals_over_pressure(&self) -> (Chart, String) {
@@ -239,6 +272,7 @@ impl Group<'_> {
             legend.push(Key { text, ink: Ink::Measured, shape: None, line: None, band: true });
         }
         layers.push(Layer::Reference(vec![(x.start, 0.0), (x.end, 0.0)]));
+        let mut front = Vec::new();
         for (i, comparison) in self.comparisons.iter().enumerate() {
             let (ink, shape) = (Ink::Form(i), Shape::of_form(i));
             let points: Vec<(f64, f64, String)> = comparison
@@ -256,11 +290,13 @@ impl Group<'_> {
                 comparison.title.clone()
             };
             legend.push(Key { text, ink, shape: Some(shape), line: Some(published), band: false });
+            let target = if published { &mut front } else { &mut layers };
             if line.len() > 1 {
-                layers.push(Layer::Line { points: line, ink, dashed: published });
+                target.push(Layer::Line { points: line, ink, dashed: published });
             }
-            layers.push(Layer::Marks { points, ink, shape });
+            target.push(Layer::Marks { points, ink, shape });
         }
+        layers.append(&mut front);
         let chart = Chart {
             title: format!("{}: residual over pressure", first.quantity.title),
             x_title,
@@ -295,27 +331,21 @@ impl Group<'_> {
         for (i, comparison) in self.comparisons.iter().enumerate() {
             let middle = n - i as f64 - 0.5;
             let residual = comparison.points.iter().filter(|p| p.status == PointStatus::Used).find_map(|p| p.residual);
-            match residual {
+            let text = match residual {
                 Some(r) => {
-                    let label = format::quantity(r, unit, 1);
-                    let points = vec![(unit.from_si(r), middle, label)];
+                    let points = vec![(unit.from_si(r), middle, String::new())];
                     layers.push(Layer::Marks { points, ink: Ink::Form(i), shape: Shape::of_form(i) });
+                    metric_text(Metric::Bias, r, unit)
                 }
-                None => {
-                    let at = (0.03 * reach, middle);
-                    layers.push(Layer::Words { at, text: "no prediction".to_owned() });
-                }
-            }
+                None => "no prediction".to_owned(),
+            };
+            // Values stand in a column of their own, to the right of where a mark can be.
+            layers.push(Layer::Words { at: (VALUES_TO * reach, middle), text, muted: residual.is_none() });
         }
         let bound_text = self.comparisons.iter().find_map(|c| c.deciding()).map_or("bound".to_owned(), |j| {
             format!("bound: {} at most {}", j.bound.metric.title(), limit_text(j.bound.metric, j.bound.max, unit))
         });
-        let mut legend = vec![Key { text: bound_text, ink: Ink::Measured, shape: None, line: None, band: true }];
-        legend.extend(self.comparisons.iter().enumerate().filter_map(|(i, c)| {
-            let value = c.points.iter().find_map(|p| p.residual)?;
-            let text = metric_text(Metric::Bias, value, unit);
-            Some(Key { text, ink: Ink::Form(i), shape: Some(Shape::of_form(i)), line: None, band: false })
-        }));
+        let legend = vec![Key { text: bound_text, ink: Ink::Measured, shape: None, line: None, band: true }];
         let pressure = first.points.first().map(|p| format::pressures(&p.pressures_gauge_pa, &first.chambers));
         let measured = first.points.first().and_then(|p| p.measured).map(|m| format::quantity(m, unit, 0));
         let place = format!("{} measured at {}", measured.unwrap_or_default(), pressure.unwrap_or_default());
@@ -323,7 +353,7 @@ impl Group<'_> {
             title: format!("{}: residual by form, {place}", first.quantity.title),
             x_title: format!("Predicted − measured / {}", unit_name(unit)),
             y_title: String::new(),
-            x: -reach..reach,
+            x: -reach..(VALUES_TO + 0.02) * reach,
             y: 0.0..n,
             rows: self.comparisons.iter().map(|c| c.title.clone()).collect(),
             layers,
@@ -340,16 +370,23 @@ impl Group<'_> {
 /// Predicted against measured, for every quantity of one unit.
 fn parity(groups: &[&Group], unit: Unit) -> (Chart, String) {
     let measured: Vec<f64> = groups.iter().flat_map(|g| g.measured(unit)).map(|(_, v)| v).collect();
-    let range = spread(measured.iter().copied(), if measured.len() > 1 { 0.15 } else { 0.5 });
+    // Several quantities start at their common zero; one is shown around its own values.
+    let zero = (groups.len() > 1).then_some(0.0);
+    let range = spread(measured.iter().copied().chain(zero), if measured.len() > 1 { 0.12 } else { 0.5 });
     let mut layers = vec![Layer::Reference(vec![(range.start, range.start), (range.end, range.end)])];
-    let mut legend =
-        vec![Key { text: "predicted = measured".into(), ink: Ink::Measured, shape: None, line: None, band: false }];
-    let mut place = 0;
-    // One look per form name; forms of different quantities may share it (a form at several quantities is one model).
-    let mut looks: Vec<(String, usize)> = Vec::new();
+    let line =
+        Key { text: "predicted = measured".into(), ink: Ink::Measured, shape: None, line: Some(false), band: false };
+    let mut legend = vec![line];
+    // One quantity: a look per form, as in its other figures. Several: a look per kind of form, or the legend would be longer
+    // than the figure.
+    let mut looks: Vec<&str> = Vec::new();
+    let mut front = Vec::new();
     for comparison in groups.iter().flat_map(|g| &g.comparisons) {
-        let found = looks.iter().find(|(title, _)| *title == comparison.title).map(|(_, i)| *i);
-        let i = found.unwrap_or(place);
+        let name = if groups.len() == 1 { comparison.title.as_str() } else { comparison.kind.as_str() };
+        let i = looks.iter().position(|look| *look == name).unwrap_or_else(|| {
+            looks.push(name);
+            looks.len() - 1
+        });
         let points: Vec<(f64, f64, String)> = comparison
             .points
             .iter()
@@ -357,17 +394,15 @@ fn parity(groups: &[&Group], unit: Unit) -> (Chart, String) {
             .filter_map(|p| p.measured.zip(p.predicted))
             .map(|(m, p)| (unit.from_si(m), unit.from_si(p), format::quantity(p, unit, 1)))
             .collect();
-        if points.is_empty() {
-            continue;
+        let (ink, shape) = (Ink::Form(i), Shape::of_form(i));
+        let key = Key { text: name.to_owned(), ink, shape: Some(shape), line: None, band: false };
+        if !points.is_empty() && !legend.contains(&key) {
+            legend.push(key);
         }
-        if found.is_none() {
-            looks.push((comparison.title.clone(), i));
-            let (ink, shape) = (Ink::Form(i), Some(Shape::of_form(i)));
-            legend.push(Key { text: comparison.title.clone(), ink, shape, line: None, band: false });
-            place += 1;
-        }
-        layers.push(Layer::Marks { points, ink: Ink::Form(i), shape: Shape::of_form(i) });
+        let target = if comparison.kind == "published" { &mut front } else { &mut layers };
+        target.push(Layer::Marks { points, ink, shape });
     }
+    layers.append(&mut front);
     let titles: Vec<&str> =
         groups.iter().filter_map(|g| g.comparisons.first()).map(|c| c.quantity.title.as_str()).collect();
     let chart = Chart {

@@ -35,7 +35,8 @@ pub fn pages(results: &Results, figures: &[Figure]) -> Result<Vec<Page>, Analysi
     let render = |name: String, template: &str, content: Content| {
         let all = Everything {
             style: include_str!("templates/style.css"),
-            font: &font(),
+            font: &base64(REGULAR),
+            font_semibold: &base64(SEMIBOLD),
             head: view::head(results),
             content,
         };
@@ -55,6 +56,7 @@ pub fn pages(results: &Results, figures: &[Figure]) -> Result<Vec<Page>, Analysi
 struct Everything<'a> {
     style: &'a str,
     font: &'a str,
+    font_semibold: &'a str,
     head: view::Head,
     content: Content<'a>,
 }
@@ -67,9 +69,12 @@ enum Content<'a> {
 }
 
 /// The embedded typeface, so that a page looks the same on a machine with no fonts.
-fn font() -> String {
+const REGULAR: &[u8] = include_bytes!("../../assets/pneuval-sans-regular.woff2");
+const SEMIBOLD: &[u8] = include_bytes!("../../assets/pneuval-sans-semibold.woff2");
+
+fn base64(bytes: &[u8]) -> String {
     use base64::Engine as _;
-    base64::engine::general_purpose::STANDARD.encode(include_bytes!("../../assets/pneuval-sans-regular.woff2"))
+    base64::engine::general_purpose::STANDARD.encode(bytes)
 }
 
 fn failed(page: &str, error: &minijinja::Error) -> AnalysisError {

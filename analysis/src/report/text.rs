@@ -1,6 +1,6 @@
 //! The texts that pages and the terminal share, so that they cannot disagree.
 
-pub use super::view::{DASH, DecisionView, excluded, expectation, metric_cell, relative_metric};
+pub use super::view::{DASH, DecisionView, NotedText, excluded, expectation, metric_cell, relative_metric};
 
 use crate::compare::limit_text;
 use crate::results::{Comparison, Results};

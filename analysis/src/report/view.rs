@@ -65,9 +65,9 @@ pub struct Row {
     pub kind: String,
     pub n: String,
     pub excluded: String,
-    pub rmse: String,
-    pub max: String,
-    pub relative: String,
+    pub rmse: NotedText,
+    pub max: NotedText,
+    pub relative: NotedText,
     pub relative_of: &'static str,
     pub bound: String,
     pub verdict: &'static str,
@@ -96,6 +96,8 @@ pub struct ActuatorPage<'a> {
 
 #[derive(Serialize)]
 pub struct FigureView {
+    pub width: u32,
+    pub height: u32,
     pub name: String,
     pub caption: String,
     pub data: String,
@@ -141,7 +143,7 @@ pub struct MetricRow {
 
 #[derive(Serialize)]
 pub struct MetricCell {
-    pub value: String,
+    pub value: NotedText,
     pub interval: String,
 }
 
@@ -234,7 +236,7 @@ fn row(results: &Results, c: &Comparison) -> Row {
         sentence: c.sentence.clone(),
         remark: c.remark.clone(),
         reasons,
-        assumed: c.assumed.join(", "),
+        assumed: c.assumed.join(", ").replace('_', " "),
     }
 }
 
@@ -249,16 +251,26 @@ pub fn relative_metric(c: &Comparison) -> (Metric, &'static str) {
 }
 
 /// A metric in a table: its value, or what is known over the points that have a prediction, or a dash.
-pub fn metric_cell(c: &Comparison, metric: Metric, unit: Unit) -> String {
-    let Some(record) = c.metric(metric) else { return DASH.to_owned() };
+pub fn metric_cell(c: &Comparison, metric: Metric, unit: Unit) -> NotedText {
+    let plain = |text: String| NotedText { text, note: String::new() };
+    let Some(record) = c.metric(metric) else { return plain(DASH.to_owned()) };
     match (record.value, record.over_predicted_points) {
-        (Some(value), _) => metric_text(metric, value, unit),
+        (Some(value), _) => plain(metric_text(metric, value, unit)),
         (None, Some(partial)) => {
-            let total = c.n_used + c.n_without_prediction;
-            format!("({} at {} of {total})", metric_text(metric, partial, unit), c.n_used)
+            let note = format!("at {} of {} points", c.n_used, c.n_used + c.n_without_prediction);
+            NotedText { text: format!("({})", metric_text(metric, partial, unit)), note }
         }
-        (None, None) => DASH.to_owned(),
+        (None, None) => plain(DASH.to_owned()),
     }
+}
+
+/// A text and what must be known to read it.
+#[derive(Serialize)]
+pub struct NotedText {
+    /// The text.
+    pub text: String,
+    /// The note; often empty.
+    pub note: String,
 }
 
 /// Points that are not in the metrics, counted by reason.
@@ -362,6 +374,8 @@ pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figur
 fn figure_view(figure: &Figure) -> FigureView {
     use base64::Engine as _;
     FigureView {
+        width: figure.size.0,
+        height: figure.size.1,
         name: figure.name.clone(),
         caption: figure.caption.clone(),
         data: base64::engine::general_purpose::STANDARD.encode(&figure.png),

@@ -1,0 +1,193 @@
+//! The gate bites: seeded errors just over and just under a bound, and everything that must not pass, through the binary.
+
+// In a test a panic is how a failure is told.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod common;
+
+use common::{Lab, datasets, pneuval};
+
+/// Residuals of the made-up table: +1, -2, +3 mm on 20, 30, 40 mm; +0.5 mm at zero.
+const METRICS: [(&str, f64, &str); 11] = [
+    ("bias", 2.0 / 3.0, "mm"),
+    ("mae", 2.0, "mm"),
+    ("rmse", 2.160_246_899_469_287, "mm"),
+    ("max_abs_error", 3.0, "mm"),
+    ("relative_to_measured_max", 7.5, "%"),
+    ("relative_to_measured_mean", 100.0 * (1.0 / 20.0 + 2.0 / 30.0 + 3.0 / 40.0) / 3.0, "%"),
+    ("relative_to_predicted_max", 100.0 * 2.0 / 28.0, "%"),
+    ("relative_to_predicted_mean", 100.0 * (1.0 / 21.0 + 2.0 / 28.0 + 3.0 / 43.0) / 3.0, "%"),
+    ("relative_to_range_max", 15.0, "%"),
+    ("relative_to_range_rmse", 10.801_234_497_346_433, "%"),
+    ("residual_at_zero", 0.5, "mm"),
+];
+
+#[test]
+fn every_metric_passes_just_under_its_bound_and_fails_just_over() {
+    let lab = Lab::new();
+    for (metric, value, unit) in METRICS {
+        // Printed to six decimals, so the interval is below 1e-4 of every metric.
+        lab.bound(metric, value * 1.0001, unit, "pass");
+        let said = lab.validate();
+        assert_eq!(said.code, 0, "{metric} under its bound: {}{}", said.out, said.err);
+        lab.bound(metric, value * 0.9999, unit, "pass");
+        let said = lab.validate();
+        assert_eq!(said.code, 1, "{metric} over its bound: {}{}", said.out, said.err);
+        assert!(said.out.contains("fail, expected to pass"), "{}", said.out);
+        // The same through stored results.
+        assert_eq!(pneuval(lab.path(), &["gate", "report"]).code, 1, "{metric} gate");
+    }
+}
+
+#[test]
+fn within_the_printed_digits_of_the_bound_it_is_inconclusive() {
+    let lab = Lab::new();
+    lab.change("size.csv", "43.000000", "43");
+    lab.bound("max_abs_error", 3.2, "mm", "pass");
+    let said = lab.validate();
+    assert_eq!(said.code, 3, "{}", said.out);
+    assert!(said.out.contains("would decide it"), "{}", said.out);
+}
+
+#[test]
+fn an_expected_exceed_is_zero_while_it_exceeds_and_one_when_it_passes() {
+    let lab = Lab::new();
+    lab.bound("max_abs_error", 2.9, "mm", "exceed");
+    assert_eq!(lab.validate().code, 0);
+    lab.bound("max_abs_error", 3.1, "mm", "exceed");
+    let said = lab.validate();
+    assert_eq!(said.code, 1);
+    assert!(said.out.contains("expected to exceed"), "{}", said.out);
+}
+
+#[test]
+fn no_bound_is_unjudged_and_the_report_is_written_all_the_same() {
+    let lab = Lab::new();
+    let said = lab.validate();
+    assert_eq!(said.code, 3);
+    assert!(said.out.contains("unjudged") && said.out.contains("write a row in bounds.toml"), "{}", said.out);
+    assert!(lab.path().join("report/balloon.html").is_file());
+}
+
+#[test]
+fn report_only_exits_zero_and_says_so_on_page_one() {
+    let lab = Lab::new();
+    let said = pneuval(lab.path(), &["validate", ".", "--out", "report", "--report-only"]);
+    assert_eq!(said.code, 0);
+    let page = std::fs::read_to_string(lab.path().join("report/index.html")).unwrap();
+    assert!(page.contains("Report only"));
+}
+
+#[test]
+fn nan_in_any_column_is_inconclusive_for_every_metric_over_the_points() {
+    for cell in ["30.000000", "28.000000"] {
+        let lab = Lab::new();
+        lab.change("size.csv", cell, "NaN");
+        for (metric, _, unit) in METRICS.iter().filter(|(m, ..)| *m != "residual_at_zero") {
+            lab.bound(metric, 1e6, unit, "pass");
+            let said = lab.validate();
+            assert_eq!(said.code, 3, "{metric}: {}", said.out);
+            assert!(said.out.contains("not a finite number"), "{}", said.out);
+        }
+    }
+    let lab = Lab::new();
+    lab.change("size.csv", "10.500000", "NaN");
+    lab.bound("residual_at_zero", 1e6, "mm", "pass");
+    assert_eq!(lab.validate().code, 3);
+}
+
+#[test]
+fn an_empty_overlap_is_inconclusive() {
+    let lab = Lab::new();
+    lab.write("size.csv", "p,model,measured\nkPa,mm,mm\n0,10,10\n10,,20\n20,28,\n30,,40\n");
+    lab.bound("max_abs_error", 100.0, "mm", "pass");
+    let said = lab.validate();
+    assert_eq!(said.code, 3, "{}", said.out);
+    assert!(said.out.contains("no point where both"), "{}", said.out);
+}
+
+#[test]
+fn a_prediction_missing_at_one_measured_point_fails_however_good_the_rest() {
+    let lab = Lab::new();
+    lab.change("size.csv", "28.000000", "");
+    lab.bound("max_abs_error", 1e6, "mm", "pass");
+    let said = lab.validate();
+    assert_eq!(said.code, 1, "{}", said.out);
+    assert!(said.out.contains("no prediction at 1 of 3 measured points"), "{}", said.out);
+}
+
+#[test]
+fn a_hole_in_the_measured_column_is_counted_and_listed() {
+    let lab = Lab::new();
+    lab.change("size.csv", "30.000000", "");
+    lab.bound("max_abs_error", 3.1, "mm", "pass");
+    let said = lab.validate();
+    assert_eq!(said.code, 0, "{}", said.out);
+    assert!(said.out.contains("2/3"), "{}", said.out);
+    let page = std::fs::read_to_string(lab.path().join("report/balloon.html")).unwrap();
+    assert!(page.contains("1 not printed") && page.contains("1 zero reference"));
+}
+
+#[test]
+fn a_named_bounds_file_must_be_there() {
+    let lab = Lab::new();
+    let said = pneuval(lab.path(), &["validate", ".", "--out", "report", "--bounds", "none.toml"]);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("none.toml") && said.out.is_empty(), "{}", said.err);
+    assert!(!lab.path().join("report").exists());
+}
+
+#[test]
+fn a_calibration_alone_decides_nothing() {
+    let lab = Lab::new();
+    lab.write("actuator.toml", &std::fs::read_to_string(datasets().join("actuators/internal-support.toml")).unwrap());
+    for file in ["dataset.toml", "outer_diameter.csv"] {
+        let text = std::fs::read_to_string(datasets().join("published/internal-support").join(file)).unwrap();
+        lab.write(file, &text);
+    }
+    lab.change("dataset.toml", "fit = { to = \"published-fea\"", "fit = { to = \"measured\"");
+    lab.write("bounds.toml", "schema = 1\n");
+    let text = std::fs::read_to_string(lab.path().join("dataset.toml")).unwrap();
+    let from = text.find("[[comparison]]").unwrap();
+    let fitted =
+        text.find("[[comparison]]\nquantity = \"outer-diameter\"\nform = \"consistent-fitted-to-fea\"").unwrap();
+    lab.write("dataset.toml", &format!("{}{}", &text[..from], &text[fitted..]));
+    let said = lab.validate();
+    assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+    assert!(said.out.contains("calibration, not counted"), "{}", said.out);
+}
+
+#[test]
+fn judge_false_is_shown_and_not_counted() {
+    let lab = Lab::new();
+    lab.change(
+        "dataset.toml",
+        "form = \"model\"\n",
+        "form = \"model\"\njudge = false\nreason = \"nobody can recompute it\"\n",
+    );
+    let said = lab.validate();
+    assert_eq!(said.code, 3);
+    assert!(said.out.contains("unjudged, not counted") && said.out.contains("nobody can recompute it"), "{}", said.out);
+}
+
+#[test]
+fn gate_with_other_bounds_judges_the_stored_numbers_anew() {
+    let lab = Lab::new();
+    lab.bound("max_abs_error", 3.1, "mm", "pass");
+    assert_eq!(lab.validate().code, 0);
+    lab.bound("max_abs_error", 2.9, "mm", "pass");
+    assert_eq!(pneuval(lab.path(), &["gate", "report"]).code, 0);
+    assert_eq!(pneuval(lab.path(), &["gate", "report", "--bounds", "bounds.toml"]).code, 1);
+    assert_eq!(pneuval(lab.path(), &["gate", "report/results/results.json", "--bounds", "bounds.toml"]).code, 1);
+    assert_eq!(pneuval(lab.path(), &["gate", "report", "--bounds", "none.toml"]).code, 2);
+}
+
+#[test]
+fn a_bound_that_meets_no_comparison_is_refused() {
+    let lab = Lab::new();
+    lab.bound("max_abs_error", 3.1, "mm", "pass");
+    lab.change("bounds.toml", "\"model\"", "\"modle\"");
+    let said = lab.validate();
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("did you mean `model`?"), "{}", said.err);
+}
