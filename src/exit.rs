@@ -76,8 +76,21 @@ pub fn finish(outcome: Result<Outcome, Failure>) -> ExitCode {
         // A reader that has seen enough (`| head`) is no error.
         Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            eprintln!("error: {}", visible(&failure.to_string()));
             ExitCode::from(2)
         }
     }
+}
+
+/// What a file or a flag held must not steer the terminal: control characters as escapes, line breaks kept.
+fn visible(message: &str) -> String {
+    let mut out = String::with_capacity(message.len());
+    for c in message.chars() {
+        if c.is_control() && c != '\n' {
+            out.extend(c.escape_unicode());
+        } else {
+            out.push(c);
+        }
+    }
+    out
 }

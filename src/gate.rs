@@ -11,6 +11,8 @@ pub fn run(arguments: &Gate) -> Result<Outcome, Failure> {
     let named = arguments.bounds.as_deref().map(named_bounds).transpose()?;
     let (_, evaluation) = folder::load(&arguments.results)?;
     let mut results = evaluation.results;
+    // Whoever asks the gate wants its verdict, also of a run that was only to report.
+    results.report_only = false;
     compare::rejudge(&mut results, named.as_ref().map(|(bounds, _)| bounds))?;
     if arguments.json {
         output::print(&folder::to_json(&results)?)?;

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use terminal_size::{Width, terminal_size_of};
 
 use pneuval_analysis::metrics::Metric;
 use pneuval_analysis::report::text::{self, NotedText};
@@ -15,7 +16,11 @@ pub fn render(results: &Results) -> String {
     for comparison in &results.comparisons {
         table.add_row(row(comparison));
     }
-    let mut out = format!("{table}\n\n");
+    // On a terminal the table keeps to its width; in a pipe or a file every row is one line.
+    if let Some((Width(width), _)) = terminal_size_of(std::io::stdout()) {
+        table.set_width(width).set_content_arrangement(ContentArrangement::Dynamic);
+    }
+    let mut out = format!("{}\n\n", table.trim_fmt());
     for comparison in results.comparisons.iter().filter(|c| !matches!(c.standing(), Standing::AsExpected)) {
         // Writing to a String cannot fail.
         let _ = writeln!(out, "{} {}: {}", comparison.verdict.name(), comparison.id, comparison.sentence);

@@ -7,7 +7,7 @@ use pneuval_analysis::compare::{self, Input};
 use pneuval_analysis::folder;
 use pneuval_analysis::results::SourceFile;
 use pneuval_datasets::Found;
-use pneuval_ingest::{IngestError, digest};
+use pneuval_ingest::{digest, limits};
 
 use crate::cli::Validate;
 use crate::exit::{self, Failure, Outcome};
@@ -17,9 +17,11 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
     let named = arguments.bounds.as_deref().map(named_bounds).transpose()?;
     let found = pneuval_datasets::find(&arguments.paths)?;
     let inputs = found.into_iter().map(|f| input(f, named.as_ref())).collect::<Result<Vec<Input>, Failure>>()?;
-    tell_strangers(&inputs);
     let evaluation = compare::validate(&inputs, arguments.report_only)?;
     let results = folder::publish(&arguments.out, evaluation)?;
+    for finding in &results.findings {
+        eprintln!("note: {}", finding.text);
+    }
     if arguments.json {
         output::print(&folder::to_json(&results)?)?;
     } else {
@@ -31,7 +33,7 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
 
 /// A bounds file the user named: it must be there.
 pub fn named_bounds(path: &Path) -> Result<(Bounds, SourceFile), Failure> {
-    let bytes = std::fs::read(path).map_err(|source| IngestError::read(path, source))?;
+    let bytes = limits::read(path, limits::WRITTEN_BYTES_MAX)?;
     let bounds = Bounds::read(&path.display().to_string(), &bytes)?;
     // Only the name: a path of this machine has no place in the results.
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
@@ -39,6 +41,8 @@ pub fn named_bounds(path: &Path) -> Result<(Bounds, SourceFile), Failure> {
 }
 
 fn input(found: Found, named: Option<&(Bounds, SourceFile)>) -> Result<Input, Failure> {
+    let bounds_are_own =
+        named.is_none() && found.bounds.as_ref().is_some_and(|located| located.relative == "bounds.toml");
     let (bounds, bounds_source) = match (named, &found.bounds) {
         (Some((bounds, source)), _) => (bounds.clone(), Some(source.clone())),
         (None, Some(located)) => {
@@ -54,17 +58,6 @@ fn input(found: Found, named: Option<&(Bounds, SourceFile)>) -> Result<Input, Fa
         actuator_path: found.actuator_file,
         bounds,
         bounds_source,
+        bounds_are_own,
     })
-}
-
-/// Bounds on actuators that are not here judge nothing: perhaps a mistyped id.
-fn tell_strangers(inputs: &[Input]) {
-    let here: Vec<&str> = inputs.iter().map(|i| i.actuator.id.as_str()).collect();
-    let mut strangers: Vec<&str> =
-        inputs.iter().flat_map(|i| i.bounds.actuators()).filter(|id| !here.contains(id)).collect();
-    strangers.sort_unstable();
-    strangers.dedup();
-    for id in strangers {
-        eprintln!("note: bounds on `{id}` were not used: no such actuator here");
-    }
 }

@@ -208,14 +208,11 @@ impl Bounds {
             .collect()
     }
 
-    /// Rows for an actuator must meet a comparison, or a mistyped row would judge nothing in silence.
-    ///
-    /// # Errors
-    /// [`IngestError::Malformed`] with the nearest comparison.
-    pub fn check_all_used(&self, actuator: &str, comparisons: &[(String, String)]) -> Result<(), IngestError> {
+    /// The first row for an actuator that meets none of its comparisons (quantity and form), as an error that names the nearest.
+    pub fn unused(&self, actuator: &str, comparisons: &[(String, String)]) -> Option<IngestError> {
         let unused =
             |row: &&Row| row.actuator == actuator && !comparisons.iter().any(|(q, f)| row.is_for(actuator, q, f));
-        let Some(row) = self.rows.iter().find(unused) else { return Ok(()) };
+        let row = self.rows.iter().find(unused)?;
         let known_quantity = comparisons.iter().any(|(q, _)| *q == row.quantity);
         let (key, word, candidates): (_, _, Vec<&str>) = if known_quantity {
             let forms = comparisons.iter().filter(|(q, _)| *q == row.quantity).map(|(_, f)| f.as_str());
@@ -225,12 +222,29 @@ impl Bounds {
         };
         let mut place = row.place.clone();
         place.item = Some(format!("key `{key}`"));
-        Err(IngestError::Malformed {
+        Some(IngestError::Malformed {
             place,
             expected: format!("a comparison of {actuator}"),
             found: format!("`{word}`, which nothing here compares"),
             next: suggestion(word, candidates),
         })
+    }
+
+    /// Rows for an actuator that meet none of its comparisons, in words.
+    pub fn unused_rows(&self, actuator: &str, comparisons: &[(String, String)]) -> Vec<String> {
+        self.rows
+            .iter()
+            .filter(|row| row.actuator == actuator && !comparisons.iter().any(|(q, f)| row.is_for(actuator, q, f)))
+            .map(|row| {
+                format!(
+                    "the bound on {} of {} {} {} met no comparison",
+                    row.bound.metric.id(),
+                    actuator,
+                    row.quantity,
+                    row.form
+                )
+            })
+            .collect()
     }
 }
 
@@ -349,14 +363,15 @@ mod tests {
     }
 
     #[test]
-    fn a_row_that_meets_no_comparison_is_refused() {
+    fn a_row_that_meets_no_comparison_is_told() {
         let bounds = Bounds::read("bounds.toml", GOOD.as_bytes()).unwrap();
         let comparisons = [("q".to_owned(), "mm".to_owned())];
-        let message = bounds.check_all_used("a", &comparisons).unwrap_err().to_string();
+        let message = bounds.unused("a", &comparisons).unwrap().to_string();
         assert!(
             message.contains("`m`, which nothing here compares") && message.contains("did you mean `mm`?"),
             "{message}"
         );
-        assert!(bounds.check_all_used("another", &comparisons).is_ok());
+        assert!(bounds.unused("another", &comparisons).is_none());
+        assert_eq!(bounds.unused_rows("a", &comparisons), ["the bound on rmse of a q m met no comparison"]);
     }
 }

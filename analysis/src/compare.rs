@@ -1,6 +1,6 @@
 //! Response and prediction to comparison and verdict: the whole analysis of published datasets.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use minijinja::{Environment, UndefinedBehavior, context};
 
@@ -19,8 +19,9 @@ use crate::metrics::{self, Interval, Measure, Metric, Pair};
 use crate::prediction::{Predicted, Prediction, build, full_pressures, inputs, share};
 use crate::response::{Response, ResponsePoint};
 use crate::results::{
-    ActuatorRecord, Comparison, DatasetRecord, FitRecord, FittedParameter, InputRecord, JudgementRecord, ListingRecord,
-    MetricRecord, Point, PointStatus, QuantityRecord, Results, SCHEMA_VERSION, SourceFile, StatedRecord,
+    ActuatorRecord, Comparison, DatasetRecord, FindingRecord, FitRecord, FittedParameter, InputRecord, JudgementRecord,
+    ListingRecord, MetricRecord, Point, PointStatus, QuantityRecord, Results, SCHEMA_VERSION, Severity, SourceFile,
+    StatedRecord,
 };
 use crate::series::Curve;
 use crate::verdict::{Basis, Verdict, Why, judge};
@@ -39,6 +40,9 @@ pub struct Input {
     pub bounds: Bounds,
     /// The bounds file, relative to the dataset's folder, with its digest.
     pub bounds_source: Option<SourceFile>,
+    /// Whether the bounds lie beside the dataset: then a row that meets no comparison is a mistake. A file shared by several
+    /// datasets may hold rows for those that are not here.
+    pub bounds_are_own: bool,
 }
 
 /// What `validate` computes: the numbers, and the curves behind the figures.
@@ -53,21 +57,23 @@ pub struct Evaluation {
 /// Compares every prediction of every dataset with its measurement and judges it.
 ///
 /// # Errors
-/// [`AnalysisError`] for a comparison that cannot be posed: an unknown form, an input missing or in a wrong unit, a bound that
-/// meets no comparison. A model without a solution is no error but a failed comparison.
+/// [`AnalysisError`] for a comparison that cannot be posed: an unknown form, an input missing or in a wrong unit, a bound
+/// beside the dataset that meets no comparison. A model without a solution is no error but a failed comparison.
 pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, AnalysisError> {
     let mut actuators: BTreeMap<String, ActuatorRecord> = BTreeMap::new();
     let mut comparisons = Vec::new();
     let mut curves = Vec::new();
     for input in inputs {
-        let pairs: Vec<(String, String)> =
-            input.dataset.comparisons.iter().map(|s| (s.quantity.clone(), s.form.clone())).collect();
         for spec in &input.dataset.comparisons {
             let (comparison, curve) = compare(input, spec)?;
             curves.push(curve);
             comparisons.push(comparison);
         }
-        input.bounds.check_all_used(&input.actuator.id, &pairs)?;
+        if let Some(error) =
+            input.bounds.unused(&input.actuator.id, &posed(&input.dataset)).filter(|_| input.bounds_are_own)
+        {
+            return Err(error.into());
+        }
         let record = actuators.entry(input.actuator.id.clone()).or_insert_with(|| actuator_record(&input.actuator));
         record.datasets.push(dataset_record(input));
     }
@@ -78,9 +84,34 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
         report_only,
         actuators: actuators.into_values().collect(),
         comparisons,
+        findings: unused_bounds(inputs),
         files: BTreeMap::new(),
     };
     Ok(Evaluation { results, curves })
+}
+
+/// The comparisons of a dataset: quantity and form.
+fn posed(dataset: &PublishedDataset) -> Vec<(String, String)> {
+    dataset.comparisons.iter().map(|s| (s.quantity.clone(), s.form.clone())).collect()
+}
+
+/// Rows of bounds that judged nothing in the whole run.
+fn unused_bounds(inputs: &[Input]) -> Vec<FindingRecord> {
+    let mut texts = BTreeSet::new();
+    for input in inputs {
+        let same = inputs.iter().filter(|other| other.actuator.id == input.actuator.id);
+        let all: Vec<(String, String)> = same.flat_map(|other| posed(&other.dataset)).collect();
+        texts.extend(input.bounds.unused_rows(&input.actuator.id, &all));
+        let here = |id: &&str| inputs.iter().any(|other| other.actuator.id == *id);
+        texts.extend(
+            input
+                .bounds
+                .actuators()
+                .filter(|id| !here(id))
+                .map(|id| format!("bounds on {id} were not used: no such actuator here")),
+        );
+    }
+    texts.into_iter().map(|text| FindingRecord { severity: Severity::Note, text }).collect()
 }
 
 fn compare(input: &Input, spec: &ComparisonSpec) -> Result<(Comparison, Curve), AnalysisError> {
@@ -92,7 +123,7 @@ fn compare(input: &Input, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     let (prediction, fit) = predict(input, spec, table, &response)?;
     let points = points(&response, &prediction);
     let bounds = input.bounds.of(&input.actuator.id, &spec.quantity, &spec.form, table.quantity.unit.dimension)?;
-    let id = format!("{}/{}/{}", input.actuator.id, spec.quantity, spec.form);
+    let id = format!("{}/{}/{}", input.dataset.id, spec.quantity, spec.form);
     let n_without_prediction = n_without_prediction(&points, &prediction);
     let metrics = measure_all(&points, n_without_prediction);
     let mut comparison = Comparison {
@@ -534,15 +565,8 @@ fn dataset_record(input: &Input) -> DatasetRecord {
 /// Judges stored results again, from their stored metrics: by their stored bounds, or by others.
 ///
 /// # Errors
-/// [`AnalysisError::Ingest`] for a bound that measures something else than the quantity or meets no comparison.
+/// [`AnalysisError::Ingest`] for a bound that measures something else than the quantity.
 pub fn rejudge(results: &mut Results, bounds: Option<&Bounds>) -> Result<(), AnalysisError> {
-    if let Some(bounds) = bounds {
-        for actuator in &results.actuators {
-            let mine = results.comparisons.iter().filter(|c| c.actuator == actuator.id);
-            let pairs: Vec<(String, String)> = mine.map(|c| (c.quantity.id.clone(), c.form.clone())).collect();
-            bounds.check_all_used(&actuator.id, &pairs)?;
-        }
-    }
     for comparison in results.comparisons.iter_mut().filter(|c| c.counted) {
         let rows = match bounds {
             Some(bounds) => {

@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use pneuval_ingest::store::{read_parquet, write_parquet};
-use pneuval_ingest::{IngestError, digest};
+use pneuval_ingest::{IngestError, digest, limits};
 
 use crate::AnalysisError;
 use crate::compare::Evaluation;
@@ -127,10 +127,10 @@ pub fn load(path: &Path) -> Result<(PathBuf, Evaluation), AnalysisError> {
         return Err(problem(path, "no results.json here".into(), "name a folder that `pneuval validate` wrote"));
     };
     let file = folder.join(RESULTS);
-    let bytes = fs::read(&file).map_err(|source| IngestError::read(&file, source))?;
+    let bytes = limits::read(&file, limits::RESULTS_BYTES_MAX)?;
     let results = parse(&file, &bytes)?;
     let series_path = folder.join(SERIES);
-    let bytes = fs::read(&series_path).map_err(|source| IngestError::read(&series_path, source))?;
+    let bytes = limits::read(&series_path, limits::RESULTS_BYTES_MAX)?;
     if results.files.get(SERIES) != Some(&digest::sha256(&bytes)) {
         return Err(problem(
             &series_path,
@@ -171,14 +171,7 @@ fn check_replaceable(out: &Path) -> Result<(), AnalysisError> {
     if files.is_empty() {
         return Ok(());
     }
-    let stored = out.join(FOLDER).join(RESULTS);
-    let known = fs::read(&stored).ok().and_then(|bytes| parse(&stored, &bytes).ok()).map(|results| {
-        let inside = |name: &str| format!("{FOLDER}/{name}");
-        let mut known: BTreeSet<String> = results.files.keys().map(|name| inside(name)).collect();
-        known.extend([inside(RESULTS), inside(SCHEMA), "index.html".to_owned()]);
-        known.extend(results.actuators.iter().map(|a| format!("{}.html", a.id)));
-        known
-    });
+    let known = earlier_report(&out.join(FOLDER).join(RESULTS));
     let Some(known) = known else {
         let first = files.first().cloned().unwrap_or_default();
         return Err(foreign(format!("`{first}`, and no results of this program")));
@@ -187,6 +180,21 @@ fn check_replaceable(out: &Path) -> Result<(), AnalysisError> {
         None => Ok(()),
         Some(stranger) => Err(foreign(format!("`{stranger}`, which is not part of the report"))),
     }
+}
+
+/// The files of an earlier report, from its `results.json` of whatever schema; `None` if that is not a report of this program.
+fn earlier_report(stored: &Path) -> Option<BTreeSet<String>> {
+    let bytes = limits::read(stored, limits::RESULTS_BYTES_MAX).ok()?;
+    let results: serde_json::Value = serde_json::from_slice(&bytes).ok()?;
+    if !results.get("program")?.as_str()?.starts_with("pneuval ") {
+        return None;
+    }
+    let inside = |name: &str| format!("{FOLDER}/{name}");
+    let mut known: BTreeSet<String> = results.get("files")?.as_object()?.keys().map(|name| inside(name)).collect();
+    known.extend([inside(RESULTS), inside(SCHEMA), "index.html".to_owned()]);
+    let ids = results.get("actuators")?.as_array()?.iter().filter_map(|a| a.get("id")?.as_str());
+    known.extend(ids.map(|id| format!("{id}.html")));
+    Some(known)
 }
 
 /// Files below a folder, relative to `root`, with forward slashes.

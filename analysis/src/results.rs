@@ -33,8 +33,28 @@ pub struct Results {
     pub actuators: Vec<ActuatorRecord>,
     /// One per row of the main table, by actuator, in the order of the dataset.
     pub comparisons: Vec<Comparison>,
+    /// What a reader should know about the run, by severity and text.
+    pub findings: Vec<FindingRecord>,
     /// SHA-256 of the other files of the results folder, by relative path.
     pub files: BTreeMap<String, String>,
+}
+
+/// How much a finding matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Worth knowing; nothing is missing.
+    Note,
+}
+
+/// Something a reader should know about the run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FindingRecord {
+    /// How much it matters.
+    pub severity: Severity,
+    /// What was found.
+    pub text: String,
 }
 
 /// An actuator and the data it was compared with.
@@ -160,7 +180,7 @@ impl QuantityRecord {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Comparison {
-    /// `actuator/quantity/form`.
+    /// `dataset/quantity/form`.
     pub id: String,
     /// Actuator id.
     pub actuator: String,

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use pneuval_ingest::IngestError;
 use pneuval_ingest::error::suggestion;
 use pneuval_ingest::manifest::{Actuator, PublishedDataset};
+use pneuval_ingest::{IngestError, limits};
 
 /// The embedded files: path below `datasets/`, and content.
 pub const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
@@ -195,7 +195,7 @@ impl Folder {
         match self {
             Self::Disk(folder) => {
                 let path = folder.join(name);
-                let bytes = std::fs::read(&path).map_err(|source| IngestError::read(&path, source))?;
+                let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
                 Ok((path.display().to_string(), bytes))
             }
             Self::Embedded(folder) => {
@@ -230,7 +230,7 @@ impl Folder {
                 for name in names {
                     let path = ancestor.join(name);
                     if path.is_file() {
-                        let bytes = std::fs::read(&path).map_err(|source| IngestError::read(&path, source))?;
+                        let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
                         let relative = format!("{}{name}", "../".repeat(levels));
                         let file = if levels == 0 { folder.join(name) } else { folder.join(&relative) };
                         return Ok(Some(Located { file: file.display().to_string(), relative, bytes }));

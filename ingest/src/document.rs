@@ -222,11 +222,6 @@ impl RawValue {
             ))
         }
     }
-
-    /// The span of the unit, for errors of whoever knows what the value should measure.
-    pub fn unit_span(&self) -> Range<usize> {
-        self.unit.span()
-    }
 }
 
 /// A unit in a document.

@@ -56,6 +56,16 @@ pub enum IngestError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A file is larger than anything of its kind should be.
+    #[error("{}: {bytes} bytes, at most {limit} are read of such a file\n  next:     is this the file you meant?", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        bytes: u64,
+        /// The limit.
+        limit: u64,
+    },
     /// What the user wrote is not what the file format asks for.
     #[error("{place}\n  expected: {expected}\n  found:    {found}\n  next:     {next}")]
     Malformed {
@@ -88,6 +98,31 @@ impl IngestError {
     pub fn write(path: &Path, source: std::io::Error) -> Self {
         Self::Write { path: path.to_owned(), source }
     }
+}
+
+/// What a user wrote, fit to be shown: control characters as escapes, and not more than one can read.
+///
+/// ```
+/// use pneuval_ingest::error::shown;
+/// assert_eq!(shown("12,5"), "`12,5`");
+/// assert_eq!(shown("a\u{1b}[2J"), "`a\\u{1b}[2J`");
+/// ```
+pub fn shown(text: &str) -> String {
+    const CHARACTERS_MAX: usize = 80;
+    let mut out = String::from("`");
+    for (i, c) in text.chars().enumerate() {
+        if i == CHARACTERS_MAX {
+            out.push('…');
+            break;
+        }
+        if c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c) || ('\u{2066}'..='\u{2069}').contains(&c) {
+            out.extend(c.escape_unicode());
+        } else {
+            out.push(c);
+        }
+    }
+    out.push('`');
+    out
 }
 
 /// The candidate nearest to a mistyped word, as a next step: "did you mean `x`?", or else the candidates.

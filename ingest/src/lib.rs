@@ -9,12 +9,14 @@
 //! | [`document`] | TOML with file, line and key in every error |
 //! | [`table`] | CSV tables with a name row and a unit row |
 //! | [`manifest`] | the files a user writes: actuators, published datasets |
+//! | [`limits`] | sizes checked before anything is read |
 //! | [`store`] | Parquet; the only module that sees polars |
 //! | [`digest`] | SHA-256, as `sha256sum` prints it |
 
 pub mod digest;
 pub mod document;
 pub mod error;
+pub mod limits;
 pub mod manifest;
 pub mod number;
 pub mod store;

@@ -3,7 +3,8 @@
 use csv::ReaderBuilder;
 
 use crate::document::utf8;
-use crate::error::{IngestError, Place, suggestion};
+use crate::error::{IngestError, Place, shown, suggestion};
+use crate::limits::TABLE_ROWS_MAX;
 use crate::number::{self, Printed};
 use crate::units::{Dimension, Unit};
 
@@ -54,6 +55,11 @@ impl Table {
             })?;
             let offset = record.position().and_then(|p| usize::try_from(p.byte()).ok()).unwrap_or(0);
             let line = line_of_record(text, offset);
+            if rows.len() == TABLE_ROWS_MAX + 2 {
+                let place = Place::new(file, Some(line), None);
+                let expected = format!("a published table of at most {TABLE_ROWS_MAX} rows");
+                return Err(malformed(place, &expected, "more".to_owned(), "split the table"));
+            }
             rows.push(Row { line, cells: record.iter().map(str::to_owned).collect() });
         }
         let mut rows = rows.into_iter();
@@ -64,7 +70,7 @@ impl Table {
         for (i, name) in names.cells.iter().enumerate() {
             if names.cells[..i].contains(name) {
                 let place = Place::new(file, Some(names.line), Some(format!("column `{name}`")));
-                return Err(malformed(place, "every column name once", format!("`{name}` twice"), "rename one"));
+                return Err(malformed(place, "every column name once", format!("{} twice", shown(name)), "rename one"));
             }
         }
         let table = Self {
@@ -152,13 +158,13 @@ impl Table {
         let symbol = &self.units[index];
         let place = || Place::new(&self.file, Some(self.units_line), Some(format!("column `{name}`")));
         let Some(unit) = Unit::parse(symbol) else {
-            return Err(malformed(place(), "a known unit", format!("`{symbol}`"), &Unit::suggestion(symbol)));
+            return Err(malformed(place(), "a known unit", shown(symbol), &Unit::suggestion(symbol)));
         };
         if unit.dimension != dimension {
             return Err(malformed(
                 place(),
                 dimension.name(),
-                format!("unit `{symbol}`"),
+                format!("unit {}", shown(symbol)),
                 "correct the unit or the column",
             ));
         }
@@ -174,7 +180,7 @@ impl Table {
         let Some((value, half_width)) = number::parse(text) else {
             let place = Place::new(&self.file, Some(row.line), Some(format!("column `{name}`")));
             let next = "write a decimal number with a point, or leave the cell empty";
-            return Err(malformed(place, "a number", format!("`{text}`"), next));
+            return Err(malformed(place, "a number", shown(text), next));
         };
         Ok(Some(Printed { si: unit.to_si(value), half_width_si: unit.to_si(half_width) }))
     }

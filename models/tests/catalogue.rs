@@ -6,44 +6,8 @@
 use pneuval_models::catalogue::{self, Entry, Inputs, Model};
 use pneuval_models::solve::Branch;
 
-/// Inputs of the papers, by actuator.
-fn inputs(actuator: &str) -> Inputs {
-    match actuator {
-        "internal-support" => [
-            ("outer_diameter", 30e-3),
-            ("chamber_diameter", 28e-3),
-            ("chamber_height", 28e-3),
-            ("C10", 0.05e6),
-            ("C20", 0.005e6),
-        ]
-        .into_iter()
-        .collect(),
-        "dual-chamber-finger" => [
-            ("width", 28e-3),
-            ("chamber_straight_height", 6e-3),
-            ("constraint_thickness", 2e-3),
-            ("chamber_length", 4e-3),
-            ("outer_radius", 14e-3),
-            ("chamber_width", 24e-3),
-            ("chamber_radius", 12e-3),
-            ("radial_wall", 2e-3),
-            ("tip_wall", 1.5e-3),
-            ("tip_airbags", 5.0),
-            ("root_length", 38e-3),
-            ("sheet_thickness", 0.3e-3),
-            ("sheet_width", 28e-3),
-            ("sheet_modulus", 193e9),
-            ("C10", 0.11e6),
-            ("C20", 0.02e6),
-        ]
-        .into_iter()
-        .collect(),
-        other => panic!("no inputs for {other}: add them here"),
-    }
-}
-
 fn model(entry: &Entry) -> Model {
-    entry.build(&inputs(entry.actuator)).unwrap()
+    entry.build(&entry.stated_inputs()).unwrap()
 }
 
 #[test]
@@ -86,7 +50,9 @@ fn inverse_of_forward_is_the_pressure() {
         for pressure in pressures(&branch) {
             let quantity = branch.quantity(pressure).unwrap();
             let back = branch.pressure_gauge_pa(quantity).unwrap();
-            let error = (back - pressure).abs() / branch.limit_gauge_pa();
+            // Near rest a diameter of 30 mm plus a few nanometres has no digits left for the pressure: there the range counts.
+            let scale = if pressure > 1e-3 * branch.limit_gauge_pa() { pressure } else { branch.limit_gauge_pa() };
+            let error = (back - pressure).abs() / scale;
             worst = worst.max(error);
             assert!(error <= 1e-10, "{} {}: {pressure} -> {quantity} -> {back}", entry.quantity, entry.form);
         }
@@ -130,7 +96,7 @@ fn chambers_and_branches_agree() {
 fn a_missing_input_is_named() {
     for entry in catalogue::entries() {
         for parameter in entry.parameters {
-            let full = inputs(entry.actuator);
+            let full = entry.stated_inputs();
             let without = entry
                 .parameters
                 .iter()

@@ -227,7 +227,7 @@ impl Chart {
             .margin_top(px(8))
             .x_label_area_size(px(86))
             .y_label_area_size(px(if numeric { 110 } else { 8 }))
-            .build_cartesian_2d(self.x.clone(), self.y.clone())?;
+            .build_cartesian_2d(drawable(&self.x)?, drawable(&self.y)?)?;
         let number = |value: &f64| format::short(*value);
         let mut mesh = plot.configure_mesh();
         mesh.bold_line_style(GRID.stroke_width(stroke(2)))
@@ -391,6 +391,20 @@ impl Chart {
             }
         }
         pieces
+    }
+}
+
+/// A range the plotting library can divide into ticks: it loops for ever over an empty one.
+fn drawable(range: &Range<f64>) -> Result<Range<f64>, String> {
+    let (start, end) = (range.start, range.end);
+    if start.is_finite()
+        && end.is_finite()
+        && end - start > 1e-12 * start.abs().max(end.abs())
+        && (end - start).is_finite()
+    {
+        Ok(start..end)
+    } else {
+        Err(format!("an axis from {start} to {end} cannot be drawn"))
     }
 }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use pneuval_ingest::units::{Dimension, Unit};
 
 use super::chart::{Chart, Ink, Key, Layer, Shape, WIDTH_PX};
+use super::view::{by_measurement, measurement_title};
 use crate::AnalysisError;
 use crate::compare::{limit_text, metric_text};
 use crate::format;
@@ -15,7 +16,7 @@ use crate::series::Curve;
 /// A drawn figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// File name without ending, such as `internal-support-outer-diameter-response`.
+    /// File name without ending, such as `internal-support_outer-diameter_response`.
     pub name: String,
     /// The actuator whose page shows it.
     pub actuator: String,
@@ -74,20 +75,22 @@ fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
     let mut plans = Vec::new();
     for actuator in &results.actuators {
         let mut plan = |name: String, (chart, caption): (Chart, String)| {
-            plans.push(Plan { name: format!("{}-{name}", actuator.id), actuator: actuator.id.clone(), caption, chart });
+            plans.push(Plan { name, actuator: actuator.id.clone(), caption, chart });
         };
         let groups = groups(results, curves, &actuator.id);
         for group in &groups {
             let Some(first) = group.comparisons.first() else { continue };
-            plan(format!("{}-response", first.quantity.id), group.response());
-            plan(format!("{}-residuals", first.quantity.id), group.residuals());
+            // Ids hold no underscore, so names cannot meet.
+            let name = format!("{}_{}", first.dataset, first.quantity.id);
+            plan(format!("{name}_response"), group.response());
+            plan(format!("{name}_residuals"), group.residuals());
         }
         let mut units: Vec<Unit> = Vec::new();
         for unit in groups.iter().filter_map(Group::unit) {
             if !units.contains(&unit) {
                 units.push(unit);
                 let same: Vec<&Group> = groups.iter().filter(|g| g.unit() == Some(unit)).collect();
-                let name = if units.len() == 1 { "parity".to_owned() } else { format!("parity-{}", units.len()) };
+                let name = format!("{}_parity_{}", actuator.id, unit.dimension.si_symbol());
                 plan(name, parity(&same, unit));
             }
         }
@@ -96,28 +99,23 @@ fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
 }
 
 fn groups<'a>(results: &'a Results, curves: &'a [Curve], actuator: &str) -> Vec<Group<'a>> {
-    let mut groups: Vec<Group> = Vec::new();
-    for comparison in results.comparisons.iter().filter(|c| c.actuator == actuator) {
-        let curve = curves.iter().find(|c| c.comparison == comparison.id);
-        let same = |g: &&mut Group| g.comparisons.first().is_some_and(|c| c.quantity == comparison.quantity);
-        match groups.iter_mut().find(same) {
-            Some(group) => {
-                group.comparisons.push(comparison);
-                group.curves.push(curve);
-            }
-            None => groups.push(Group { comparisons: vec![comparison], curves: vec![curve] }),
-        }
-    }
-    groups
+    let curve_of = |c: &&Comparison| curves.iter().find(|curve| curve.comparison == c.id);
+    by_measurement(results.comparisons.iter().filter(|c| c.actuator == actuator))
+        .into_iter()
+        .map(|comparisons| Group { curves: comparisons.iter().map(curve_of).collect(), comparisons })
+        .collect()
 }
 
 /// The smallest range holding all values, widened by a share of itself on either side.
 fn spread(values: impl Iterator<Item = f64>, margin: f64) -> Range<f64> {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let finite = values.filter(|v| v.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     if low > high {
         return 0.0..1.0;
     }
-    let width = if high > low { high - low } else { high.abs().max(1.0) };
+    // A range much narrower than its values' digits cannot be divided into ticks.
+    let size = low.abs().max(high.abs());
+    let width = if high - low > 1e-9 * size { high - low } else { size.max(1.0) };
     low - margin * width..high + margin * width
 }
 
@@ -140,7 +138,9 @@ impl Group<'_> {
             (0..chambers).map(|i| first.points.iter().map(|p| p.pressures_gauge_pa[i]).fold(0.0, f64::max)).collect();
         let unit = Dimension::Pressure.display_unit();
         if let [full] = full.as_slice() {
-            (format!("Gauge pressure / {}", unit.printed()), unit.from_si(*full))
+            // A table with nothing but the reference still has an axis.
+            let full = if *full > 0.0 { unit.from_si(*full) } else { 1.0 };
+            (format!("Gauge pressure / {}", unit.printed()), full)
         } else {
             (format!("Share of full gauge pressure ({}) / %", format::pressures(&full, &first.chambers)), 100.0)
         }
@@ -200,7 +200,7 @@ impl Group<'_> {
         layers.append(&mut front);
         let points = measured.iter().map(|(share, v)| (full * share, *v, String::new())).collect();
         layers.push(Layer::Marks { points, ink: Ink::Measured, shape: Shape::Disc });
-        let title = format!("{} over pressure", first.quantity.title);
+        let title = format!("{} over pressure", measurement_title(first));
         let caption = format!(
             "{}: measured, and every form. Arrows mark predictions beyond the axis. No error bars: no measurement uncertainty is published.",
             first.quantity.title
@@ -252,7 +252,7 @@ impl Group<'_> {
             .map(|r| unit.from_si(r).abs())
             .filter(|r| *r <= limit)
             .fold(bound, f64::max);
-        1.3 * largest.max(f64::MIN_POSITIVE)
+        if largest > 0.0 { 1.3 * largest.min(1e300) } else { 1.0 }
     }
 
     fn residuals_over_pressure(&self) -> (Chart, String) {
@@ -298,7 +298,7 @@ impl Group<'_> {
         }
         layers.append(&mut front);
         let chart = Chart {
-            title: format!("{}: residual over pressure", first.quantity.title),
+            title: format!("{}: residual over pressure", measurement_title(first)),
             x_title,
             y_title: format!("Predicted − measured / {}", unit_name(unit)),
             x,
@@ -350,7 +350,7 @@ impl Group<'_> {
         let measured = first.points.first().and_then(|p| p.measured).map(|m| format::quantity(m, unit, 0));
         let place = format!("{} measured at {}", measured.unwrap_or_default(), pressure.unwrap_or_default());
         let chart = Chart {
-            title: format!("{}: residual by form, {place}", first.quantity.title),
+            title: format!("{}: residual by form, {place}", measurement_title(first)),
             x_title: format!("Predicted − measured / {}", unit_name(unit)),
             y_title: String::new(),
             x: -reach..(VALUES_TO + 0.02) * reach,

@@ -43,6 +43,7 @@ pub struct Index {
     pub decision: DecisionView,
     pub overview: Vec<Card>,
     pub rows: Vec<Row>,
+    pub findings: Vec<String>,
 }
 
 /// An actuator on the index.
@@ -197,6 +198,7 @@ pub fn index(results: &Results) -> Index {
         decision: decision(results, None),
         overview: results.actuators.iter().map(card).collect(),
         rows: rows_by_urgency(results),
+        findings: results.findings.iter().map(|f| f.text.clone()).collect(),
     }
 }
 
@@ -219,7 +221,7 @@ fn row(results: &Results, c: &Comparison) -> Row {
     Row {
         actuator: c.actuator.clone(),
         actuator_title: title,
-        quantity: c.quantity.title.clone(),
+        quantity: measurement_title(c),
         title: c.title.clone(),
         form: c.form.clone(),
         kind: c.kind.clone(),
@@ -351,24 +353,38 @@ pub fn decision(results: &Results, actuator: Option<&str>) -> DecisionView {
 
 pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figures: &[Figure]) -> ActuatorPage<'a> {
     let mine: Vec<&Comparison> = results.comparisons.iter().filter(|c| c.actuator == record.id).collect();
-    let mut quantities: Vec<&str> = Vec::new();
-    for c in &mine {
-        if !quantities.contains(&c.quantity.id.as_str()) {
-            quantities.push(&c.quantity.id);
-        }
-    }
-    let of = |id: &str| mine.iter().copied().filter(|c| c.quantity.id == id).collect::<Vec<_>>();
+    // One table per dataset and quantity, in the order of the comparisons.
+    let groups = by_measurement(mine.iter().copied());
     ActuatorPage {
         record,
         decision: decision(results, Some(&record.id)),
         rows: mine.iter().map(|c| row(results, c)).collect(),
         figures: figures.iter().filter(|f| f.actuator == record.id).map(figure_view).collect(),
-        tables: quantities.iter().filter_map(|id| point_table(&of(id))).collect(),
-        metrics: quantities.iter().filter_map(|id| metric_table(&of(id))).collect(),
+        tables: groups.iter().filter_map(|group| point_table(group)).collect(),
+        metrics: groups.iter().filter_map(|group| metric_table(group)).collect(),
         forms: mine.iter().map(|c| form_view(c)).collect(),
         inputs: record.inputs.iter().map(input_view).collect(),
         stated: record.datasets.iter().flat_map(|d| &d.stated).map(stated_view).collect(),
     }
+}
+
+/// Comparisons grouped by the measurement they share: one quantity of one dataset.
+pub fn by_measurement<'a>(comparisons: impl Iterator<Item = &'a Comparison>) -> Vec<Vec<&'a Comparison>> {
+    let mut groups: Vec<Vec<&Comparison>> = Vec::new();
+    for c in comparisons {
+        let same =
+            |g: &&mut Vec<&Comparison>| g.iter().all(|o| o.dataset == c.dataset && o.quantity.id == c.quantity.id);
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(c),
+            None => groups.push(vec![c]),
+        }
+    }
+    groups
+}
+
+/// The name of what was measured; with its dataset where that is not the actuator's own.
+pub fn measurement_title(c: &Comparison) -> String {
+    if c.dataset == c.actuator { c.quantity.title.clone() } else { format!("{} ({})", c.quantity.title, c.dataset) }
 }
 
 fn figure_view(figure: &Figure) -> FigureView {
@@ -404,7 +420,7 @@ fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
         })
         .collect();
     Some(PointTable {
-        title: first.quantity.title.clone(),
+        title: measurement_title(first),
         source: first.measured_source.clone(),
         forms: comparisons.iter().map(|c| c.title.clone()).collect(),
         points,
@@ -452,7 +468,7 @@ fn metric_table(comparisons: &[&Comparison]) -> Option<MetricTable> {
             cells: metrics.iter().map(|m| metric_view(c, *m, unit)).collect(),
         })
         .collect();
-    Some(MetricTable { title: first.quantity.title.clone(), names: metrics.iter().map(|m| m.title()).collect(), rows })
+    Some(MetricTable { title: measurement_title(first), names: metrics.iter().map(|m| m.title()).collect(), rows })
 }
 
 fn metric_view(c: &Comparison, metric: Metric, unit: Unit) -> MetricCell {
@@ -487,7 +503,7 @@ fn form_view(c: &Comparison) -> FormView {
     });
     FormView {
         title: c.title.clone(),
-        quantity: c.quantity.title.clone(),
+        quantity: measurement_title(c),
         kind: c.kind.clone(),
         source: c.source.clone(),
         equation: c.equation.clone(),

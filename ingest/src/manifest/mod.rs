@@ -29,11 +29,12 @@ fn check_schema(document: &Document, schema: &Spanned<i64>) -> Result<(), Ingest
     ))
 }
 
-/// Ids become file names and keys: lower-case letters, digits, `-` and `.`.
+/// Ids become file names and keys: lower-case letters, digits, `-` and `.`. `index` is the report's first page.
 fn check_id(document: &Document, id: &Spanned<String>) -> Result<String, IngestError> {
     let text = id.get_ref();
     let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '.';
-    if !text.is_empty()
+    if text != "index"
+        && !text.is_empty()
         && text.len() <= 80
         && text.chars().all(allowed)
         && text.starts_with(|c: char| c.is_ascii_alphanumeric())
@@ -42,7 +43,7 @@ fn check_id(document: &Document, id: &Spanned<String>) -> Result<String, IngestE
     }
     Err(document.malformed(
         id.span(),
-        "an id of lower-case letters, digits, `-` and `.`, at most 80, starting with a letter or digit",
+        "an id of lower-case letters, digits, `-` and `.`, at most 80, starting with a letter or digit, not `index`",
         format!("`{}`", text.escape_debug()),
         "rename it",
     ))

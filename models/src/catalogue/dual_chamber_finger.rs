@@ -99,23 +99,46 @@ const K2_NOT_PRINTED: &str = "k2 is not printed; 2 k2 + t = z would give 0.85 mm
 const NO_SHEET: fn(&Inputs) -> Result<RootReading, ModelError> =
     |i| reading(i, 1.7e-3, 1.0, RootStress::Linear, Sheet::None);
 
+/// What the tip's forms share.
+const TIP: Entry = Entry {
+    actuator: "dual-chamber-finger",
+    quantity: "tip-angle",
+    quantity_si_unit: "rad",
+    form: "",
+    kind: FormKind::Reading,
+    title: "",
+    equation: "",
+    source: TIP_SOURCE,
+    range: "0 <= θ <= 3 rad",
+    misprints: &[],
+    chambers: &["tip"],
+    parameters: TIP_PARAMETERS,
+    checks: &[],
+    stated: stated_inputs,
+    builder: |i| Model::single(tip(i, TipReading::Printed)?),
+};
+
+/// What the root's readings share.
+const ROOT: Entry = Entry {
+    quantity: "root-angle",
+    equation: ROOT_EQUATION,
+    source: ROOT_SOURCE,
+    chambers: &["root"],
+    parameters: ROOT_PARAMETERS,
+    builder: |i| root(i, NO_SHEET(i)?),
+    ..TIP
+};
+
 pub(super) const ENTRIES: &[Entry] = &[
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "tip-angle",
-        quantity_si_unit: "rad",
         form: "printed",
         kind: FormKind::Printed,
         title: "printed, Eq. 12",
         equation: "P = (Vr/V1) 2λ(1 - λ⁻⁴)[C10 + 2C20(λ - 1/λ)²], λ = θ/sin θ;  angle = n θ",
-        source: TIP_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &[
             "Eq. 9 prints V1(1 + λ) for V1 λ: the derivative, all that Eq. 12 uses, is the same",
             "Eq. 5, last line, prints (λ² - λ⁻²) for (λ - 1/λ); Eq. 12 follows the line above it",
         ],
-        chambers: &["tip"],
-        parameters: TIP_PARAMETERS,
         checks: &[
             volume_check("V1", 3_723.132_560, || stated_tip_mm3(Tip::airbag_volume_m3)),
             volume_check("V2", 1_480.778_684, || stated_tip_mm3(Tip::air_volume_m3)),
@@ -126,22 +149,17 @@ pub(super) const ENTRIES: &[Entry] = &[
             angle_check("40 kPa", 197.724_703, || tip_deg("printed", 40e3)),
         ],
         builder: |i| Model::single(tip(i, TipReading::Printed)?),
+        ..TIP
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "tip-angle",
-        quantity_si_unit: "rad",
         form: "consistent",
         kind: FormKind::Consistent,
         title: "consistent, 2θ per airbag",
         equation: "as printed;  angle = 2 n θ",
         source: "re-derived from dual-chamber-finger, Eq. 7 to 13",
-        range: "0 <= θ <= 3 rad",
         misprints: &[
             "departs from print: λ = θ/sin θ is arc over chord with θ half the central angle, so one airbag bends by 2θ; the paper takes θ",
         ],
-        chambers: &["tip"],
-        parameters: TIP_PARAMETERS,
         checks: &[Check {
             statement: "40 kPa: twice the printed form",
             expected: 2.0 * 197.724_703,
@@ -150,20 +168,14 @@ pub(super) const ENTRIES: &[Entry] = &[
             compute: || tip_deg("consistent", 40e3),
         }],
         builder: |i| Model::single(tip(i, TipReading::Consistent)?),
+        ..TIP
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "tip-angle",
-        quantity_si_unit: "rad",
         form: "eq-5-last-line",
-        kind: FormKind::Reading,
         title: "Eq. 5, last line",
         equation: "P = (Vr/V1) dW/dλ, W = C10(λ² - λ⁻²)² + C20(λ² - λ⁻²)⁴;  angle = n θ",
         source: "dual-chamber-finger, Eq. 5, last line",
-        range: "0 <= θ <= 3 rad",
         misprints: &["the misprint itself: Eq. 5, last line, does not equal the line above it"],
-        chambers: &["tip"],
-        parameters: TIP_PARAMETERS,
         checks: &[Check {
             statement: "40 kPa",
             expected: 96.98,
@@ -172,24 +184,18 @@ pub(super) const ENTRIES: &[Entry] = &[
             compute: || tip_deg("eq-5-last-line", 40e3),
         }],
         builder: |i| Model::single(tip(i, TipReading::Eq5LastLine)?),
+        ..TIP
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "printed",
         kind: FormKind::Printed,
         title: "printed, β = λE (Eq. 21)",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
         range: "no pressure below 551 MPa has a solution",
         misprints: &[
             "Eq. 21, β = λE, puts E = 193 GPa on an unbent sheet: the undeformed state already needs 551 MPa",
             K2_NOT_PRINTED,
             "Eq. 20 keeps an integral over θ that Eq. 23 drops (c = π or 1)",
         ],
-        chambers: &["root"],
-        parameters: ROOT_PARAMETERS,
         checks: &[Check {
             statement: "pressure that the undeformed state already needs (E w t (k2 + t/2) over the driving torque)",
             expected: 551.2,
@@ -201,20 +207,12 @@ pub(super) const ENTRIES: &[Entry] = &[
             },
         }],
         builder: |i| root(i, reading(i, 0.85e-3, 1.0, RootStress::Linear, Sheet::Printed)?),
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "sheet-strain",
-        kind: FormKind::Reading,
         title: "β = (λ-1)E",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &["departs from print: Eq. 21 with the strain λ - 1 for λ", K2_NOT_PRINTED],
-        chambers: &["root"],
-        parameters: ROOT_PARAMETERS,
         checks: &[Check {
             statement: "50 kPa: about 1 deg, k2 0.85",
             expected: 1.336,
@@ -223,22 +221,15 @@ pub(super) const ENTRIES: &[Entry] = &[
             compute: || root_deg("sheet-strain", 50e3),
         }],
         builder: |i| root(i, reading(i, 0.85e-3, 1.0, RootStress::Linear, Sheet::Strain)?),
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "elastic-strip",
-        kind: FormKind::Reading,
         title: "elastic strip",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &[
             "not in the paper: the sheet as an elastic strip bent over the root, M3 = E w t³/12 · θ/a, its width an assumed input",
             K2_NOT_PRINTED,
         ],
-        chambers: &["root"],
         parameters: STRIP_PARAMETERS,
         checks: &[Check {
             statement: "50 kPa: about 21 deg, k2 0.85",
@@ -248,19 +239,12 @@ pub(super) const ENTRIES: &[Entry] = &[
             compute: || root_deg("elastic-strip", 50e3),
         }],
         builder: |i| root(i, reading(i, 0.85e-3, 1.0, RootStress::Linear, strip(i)?)?),
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "elastic-strip-1000x-soft",
-        kind: FormKind::Reading,
         title: "elastic strip, E/1000",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &["not in the paper: as elastic-strip with E taken as 193 MPa, a GPa/MPa slip", K2_NOT_PRINTED],
-        chambers: &["root"],
         parameters: STRIP_PARAMETERS,
         checks: &[Check {
             statement: "50 kPa, k2 1.7: within 0.1 deg of leaving the sheet out",
@@ -278,20 +262,12 @@ pub(super) const ENTRIES: &[Entry] = &[
                 },
             )
         },
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "no-sheet-k2-1.7-c-1",
-        kind: FormKind::Reading,
         title: "no sheet, k2 1.7, c 1",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &["leaves the sheet out; with it the paper's total of 244 deg is out of reach", K2_NOT_PRINTED],
-        chambers: &["root"],
-        parameters: ROOT_PARAMETERS,
         checks: &[
             angle_check("10 kPa", 21.389_539, || root_deg("no-sheet-k2-1.7-c-1", 10e3)),
             angle_check("20 kPa", 30.007_525, || root_deg("no-sheet-k2-1.7-c-1", 20e3)),
@@ -307,20 +283,12 @@ pub(super) const ENTRIES: &[Entry] = &[
             },
         ],
         builder: |i| root(i, NO_SHEET(i)?),
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "no-sheet-k2-1.0-c-pi",
-        kind: FormKind::Reading,
         title: "no sheet, k2 1.0, c π",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &["leaves the sheet out; keeps the outer integral of Eq. 20", K2_NOT_PRINTED],
-        chambers: &["root"],
-        parameters: ROOT_PARAMETERS,
         checks: &[Check {
             statement: "total with the printed tip at 40 and 50 kPa",
             expected: 244.140,
@@ -329,20 +297,12 @@ pub(super) const ENTRIES: &[Entry] = &[
             compute: || total_deg("no-sheet-k2-1.0-c-pi", 50e3),
         }],
         builder: |i| root(i, reading(i, 1.0e-3, PI, RootStress::Linear, Sheet::None)?),
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "no-sheet-k2-0.85-c-1",
-        kind: FormKind::Reading,
         title: "no sheet, k2 0.85, c 1",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &["leaves the sheet out; k2 from 2 k2 + t = z"],
-        chambers: &["root"],
-        parameters: ROOT_PARAMETERS,
         checks: &[
             Check {
                 statement: "50 kPa",
@@ -360,20 +320,12 @@ pub(super) const ENTRIES: &[Entry] = &[
             },
         ],
         builder: |i| root(i, reading(i, 0.85e-3, 1.0, RootStress::Linear, Sheet::None)?),
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "no-sheet-k2-0.85-c-pi",
-        kind: FormKind::Reading,
         title: "no sheet, k2 0.85, c π",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &["leaves the sheet out; k2 from 2 k2 + t = z; keeps the outer integral of Eq. 20"],
-        chambers: &["root"],
-        parameters: ROOT_PARAMETERS,
         checks: &[
             Check {
                 statement: "50 kPa",
@@ -391,20 +343,12 @@ pub(super) const ENTRIES: &[Entry] = &[
             },
         ],
         builder: |i| root(i, reading(i, 0.85e-3, PI, RootStress::Linear, Sheet::None)?),
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
-        quantity: "root-angle",
-        quantity_si_unit: "rad",
         form: "no-sheet-full-stress-k2-1.7-c-1",
-        kind: FormKind::Reading,
         title: "no sheet, full Eq. 14",
-        equation: ROOT_EQUATION,
-        source: ROOT_SOURCE,
-        range: "0 <= θ <= 3 rad",
         misprints: &["leaves the sheet out; the full stress of Eq. 14 for the linear one of Eq. 15", K2_NOT_PRINTED],
-        chambers: &["root"],
-        parameters: ROOT_PARAMETERS,
         checks: &[
             Check {
                 statement: "50 kPa",
@@ -422,13 +366,11 @@ pub(super) const ENTRIES: &[Entry] = &[
             },
         ],
         builder: |i| root(i, reading(i, 1.7e-3, 1.0, RootStress::Full, Sheet::None)?),
+        ..ROOT
     },
     Entry {
-        actuator: "dual-chamber-finger",
         quantity: "total-angle",
-        quantity_si_unit: "rad",
         form: "printed-no-sheet",
-        kind: FormKind::Reading,
         title: "printed, root without sheet",
         equation: "ω = root angle + n θ of the tip (Eq. 25); root: no sheet, k2 1.7, c 1",
         source: "dual-chamber-finger, Eq. 25",
@@ -450,6 +392,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             let root = Branch::trace(Box::new(Root::new(section(i)?, law(i)?, NO_SHEET(i)?)?))?;
             Ok(Model::Sum(vec![tip, root]))
         },
+        ..TIP
     },
 ];
 

@@ -57,6 +57,7 @@ pub(super) const ENTRIES: &[Entry] = &[
                 compute: || Ok(stated_printed()?.quantity(0.0) * 1e3),
             },
         ],
+        stated: stated_inputs,
         builder: |inputs| Model::single(Printed::new(geometry(inputs)?, law(inputs)?)),
     },
     Entry {
@@ -96,6 +97,7 @@ pub(super) const ENTRIES: &[Entry] = &[
                 compute: || Ok(Model::single(soft()?.0)?.predict(&[10e3])? * 1e3),
             },
         ],
+        stated: stated_inputs,
         builder: |inputs| Model::single(Consistent::new(geometry(inputs)?, law(inputs)?)),
     },
 ];
@@ -152,4 +154,16 @@ fn soft() -> Result<InPaperUnits, ModelError> {
 
 fn stiff() -> Result<InPaperUnits, ModelError> {
     Ok(InPaperUnits(Consistent::new(printed_geometry()?, Yeoh::new(0.342e6, 0.104e6, 0.0)?)))
+}
+
+fn stated_inputs() -> Inputs {
+    [
+        (OUTER_DIAMETER.name, 30e-3),
+        (CHAMBER_DIAMETER.name, 28e-3),
+        (CHAMBER_HEIGHT.name, 28e-3),
+        (C10.name, 0.05e6),
+        (C20.name, 0.005e6),
+    ]
+    .into_iter()
+    .collect()
 }

@@ -89,10 +89,17 @@ pub struct Entry {
     pub parameters: &'static [Parameter],
     /// Numbers it must reproduce.
     pub checks: &'static [Check],
+    stated: fn() -> Inputs,
     builder: fn(&Inputs) -> Result<Model, ModelError>,
 }
 
 impl Entry {
+    /// The inputs the paper states, on which the check values rest.
+    /// What it leaves open (the width of a steel sheet) is assumed as in the embedded actuator file.
+    pub fn stated_inputs(&self) -> Inputs {
+        (self.stated)()
+    }
+
     /// The model for given inputs.
     ///
     /// # Errors

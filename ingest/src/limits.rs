@@ -1,0 +1,48 @@
+//! Sizes are checked before memory is asked for.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::IngestError;
+
+/// A manifest or a published table: text that people write.
+pub const WRITTEN_BYTES_MAX: u64 = 16 << 20;
+
+/// Rows of a published table: print ends long before.
+pub const TABLE_ROWS_MAX: usize = 10_000;
+
+/// Stored results.
+pub const RESULTS_BYTES_MAX: u64 = 1 << 30;
+
+/// A whole file, if it is not larger than the limit.
+///
+/// # Errors
+/// [`IngestError::Read`] if it cannot be read, [`IngestError::TooLarge`] if it is too large, also if it grows while it is read.
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, IngestError> {
+    let failed = |source| IngestError::read(path, source);
+    let file = File::open(path).map_err(failed)?;
+    let size = file.metadata().map_err(failed)?.len();
+    let too_large = |bytes| IngestError::TooLarge { path: path.to_owned(), bytes, limit };
+    if size > limit {
+        return Err(too_large(size));
+    }
+    let mut bytes = Vec::new();
+    // One byte more than allowed is enough to see that it is too much: a pipe or a device has no size.
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > limit { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_over_the_limit_is_not_read() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), [0; 10]).unwrap();
+        assert_eq!(read(file.path(), 10).unwrap().len(), 10);
+        assert!(matches!(read(file.path(), 9), Err(IngestError::TooLarge { bytes: 10, limit: 9, .. })));
+        assert!(matches!(read(Path::new("/dev/zero"), 100), Err(IngestError::TooLarge { .. })));
+    }
+}
