@@ -35,8 +35,8 @@ fn degenerate_tables_are_reported_not_crashed_on() {
 #[test]
 fn a_table_longer_than_print_is_refused() {
     let lab = Lab::new();
-    let rows: String = (0..10_001).map(|i| format!("{i},10,10\n")).collect();
-    lab.write("size.csv", &format!("p,model,measured\nkPa,mm,mm\n{rows}"));
+    let rows: Vec<String> = (0..10_001).map(|i| format!("{i},10,10")).collect();
+    lab.write("size.csv", &format!("p,model,measured\nkPa,mm,mm\n{}\n", rows.join("\n")));
     let said = lab.validate();
     assert_eq!(said.code, 2);
     assert!(said.err.contains("size.csv:10003") && said.err.contains("at most 10000 rows"), "{}", said.err);
