@@ -105,7 +105,7 @@ pub struct Predict {
     #[arg(long)]
     pub form: Option<String>,
     /// Gauge pressures with unit, one per chamber; may be repeated. Default: zero to full pressure
-    #[arg(long, value_name = "PRESSURE")]
+    #[arg(long, value_name = "PRESSURE", allow_hyphen_values = true)]
     pub at: Vec<String>,
     /// Steps from zero to full pressure
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "at")]

@@ -17,6 +17,8 @@ use pneuval_analysis::results::{Decision, Results};
 use pneuval_datasets::DatasetError;
 use pneuval_ingest::IngestError;
 
+use crate::output;
+
 /// How a command ended that could do its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
@@ -73,24 +75,9 @@ pub fn finish(outcome: Result<Outcome, Failure>) -> ExitCode {
         Ok(Outcome::Expected) => ExitCode::SUCCESS,
         Ok(Outcome::Differs) => ExitCode::from(1),
         Ok(Outcome::Open) => ExitCode::from(3),
-        // A reader that has seen enough (`| head`) is no error.
-        Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {}", visible(&failure.to_string()));
+            output::tell(&format!("error: {failure}"));
             ExitCode::from(2)
         }
     }
-}
-
-/// What a file or a flag held must not steer the terminal: control characters as escapes, line breaks kept.
-fn visible(message: &str) -> String {
-    let mut out = String::with_capacity(message.len());
-    for c in message.chars() {
-        if c.is_control() && c != '\n' {
-            out.extend(c.escape_unicode());
-        } else {
-            out.push(c);
-        }
-    }
-    out
 }

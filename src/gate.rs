@@ -14,6 +14,7 @@ pub fn run(arguments: &Gate) -> Result<Outcome, Failure> {
     // Whoever asks the gate wants its verdict, also of a run that was only to report.
     results.report_only = false;
     compare::rejudge(&mut results, named.as_ref().map(|(bounds, _)| bounds))?;
+    output::tell_findings(&results);
     if arguments.json {
         output::print(&folder::to_json(&results)?)?;
     } else {

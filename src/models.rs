@@ -105,7 +105,8 @@ fn text(rows: &[Row]) -> String {
         let _ = writeln!(out, "  source    {}", row.source);
         let _ = writeln!(out, "  range     {}", row.range);
         for misprint in row.misprints {
-            let _ = writeln!(out, "  misprint  {misprint}");
+            let label = if row.kind == "printed" { "misprint" } else { "note" };
+            let _ = writeln!(out, "  {label:<9} {misprint}");
         }
         let names: Vec<&str> = row.parameters.iter().map(|p| p.name).collect();
         let _ = writeln!(out, "  inputs    {}", names.join(", "));

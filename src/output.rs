@@ -4,17 +4,21 @@ use std::io::Write;
 
 use serde::Serialize;
 
+use pneuval_analysis::results::Results;
+
 use crate::exit::Failure;
 
 /// Prints text to standard output.
 ///
 /// # Errors
-/// [`Failure::Output`], also for a closed pipe.
+/// [`Failure::Output`] if standard output cannot be written; a closed pipe is no error.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    out.flush()?;
-    Ok(())
+    match out.write_all(visible(text).as_bytes()).and_then(|()| out.flush()) {
+        // A reader that has seen enough (`| head`) is no error, and does not change what the exit code says.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => Ok(written?),
+    }
 }
 
 /// Prints a value as JSON to standard output.
@@ -24,4 +28,29 @@ pub fn print(text: &str) -> Result<(), Failure> {
 pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(value).map_err(std::io::Error::from)?;
     print(&(text + "\n"))
+}
+
+/// Tells something on standard error; if nobody can read that either, the exit code still says it.
+pub fn tell(message: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", visible(message));
+}
+
+/// Tells every finding.
+pub fn tell_findings(results: &Results) {
+    for finding in &results.findings {
+        tell(&format!("note: {}", finding.text));
+    }
+}
+
+/// What a file or a flag held must not steer the terminal: control characters as escapes, line breaks kept.
+fn visible(message: &str) -> String {
+    let mut out = String::with_capacity(message.len());
+    for c in message.chars() {
+        if c.is_control() && c != '\n' {
+            out.extend(c.escape_unicode());
+        } else {
+            out.push(c);
+        }
+    }
+    out
 }

@@ -35,7 +35,7 @@ struct Form {
     predicted_si: Vec<Option<f64>>,
     /// Why a value is missing, for the first pressure where it is.
     no_solution: Option<String>,
-    assumed: Vec<String>,
+    rests_on: Vec<String>,
 }
 
 pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
@@ -115,20 +115,18 @@ fn pressures(text: &str) -> Result<Vec<f64>, Failure> {
     text.split(',')
         .map(|part| {
             let part = part.trim();
-            // The unit starts at the first letter that is not an exponent's.
-            let split = part
-                .char_indices()
-                .find(|(i, c)| {
-                    c.is_alphabetic() && !(matches!(c, 'e' | 'E') && part[i + 1..].starts_with(['-', '+', '0']))
-                })
-                .map_or(part.len(), |(i, _)| i);
-            let (digits, symbol) = part.split_at(split);
-            let value = number::parse(digits.trim()).map(|(value, _)| value).filter(|v| v.is_finite());
-            let value = value.ok_or_else(|| wrong(format!("correct the number `{}`", digits.trim())))?;
-            match Unit::parse(symbol.trim()) {
+            // The longest beginning that is a number is the number: `1e3 Pa` has an exponent, `1 Pa` has none.
+            let ends = part.char_indices().map(|(i, _)| i).chain([part.len()]).rev();
+            let split = ends.map(|i| part.split_at(i)).find_map(|(digits, symbol)| {
+                let value = number::parse(digits.trim_end()).map(|(value, _)| value)?;
+                value.is_finite().then_some((value, symbol.trim()))
+            });
+            let (value, symbol) = split.ok_or_else(|| wrong(format!("`{part}` does not start with a number")))?;
+            match Unit::parse(symbol) {
                 Some(unit) if unit.dimension == Dimension::Pressure => Ok(unit.to_si(value)),
-                Some(_) => Err(wrong(format!("`{}` is not a pressure", symbol.trim()))),
-                None => Err(wrong(format!("unit `{}`: {}", symbol.trim(), Unit::suggestion(symbol.trim())))),
+                Some(_) => Err(wrong(format!("`{symbol}` is not a pressure"))),
+                None if symbol.is_empty() => Err(wrong(format!("write `{part} kPa`, say"))),
+                None => Err(wrong(format!("unit `{symbol}`: {}", Unit::suggestion(symbol)))),
             }
         })
         .collect()
@@ -166,14 +164,14 @@ fn points(
 }
 
 fn predict(entry: &'static Entry, actuator: &Actuator, pressures: &[Vec<f64>]) -> Result<Form, Failure> {
-    let (inputs, assumed) = prediction::inputs(entry, actuator)?;
+    let (inputs, rests_on) = prediction::inputs(entry, actuator)?;
     let model = prediction::build(entry, &inputs, actuator)?;
     let mut no_solution = None;
     let predicted_si = pressures
         .iter()
         .map(|p| model.predict(p).map_err(|error| no_solution.get_or_insert_with(|| error.to_string()).clone()).ok())
         .collect();
-    Ok(Form { form: entry.form, kind: entry.kind.name(), predicted_si, no_solution, assumed })
+    Ok(Form { form: entry.form, kind: entry.kind.name(), predicted_si, no_solution, rests_on })
 }
 
 fn text(block: &Block) -> String {
@@ -187,7 +185,7 @@ fn text(block: &Block) -> String {
         let mut cells: Vec<String> = pressures.iter().map(|p| format::short(kilopascal.from_si(*p))).collect();
         cells.extend(block.forms.iter().map(|f| {
             f.predicted_si[i]
-                .map_or("no solution".to_owned(), |v| format::fixed(unit.from_si(v), format::ERROR_DECIMALS))
+                .map_or("no solution".to_owned(), |v| format::fixed(unit.from_si(v), format::error_decimals(unit)))
         }));
         rows.add_row(cells);
     }
@@ -197,9 +195,9 @@ fn text(block: &Block) -> String {
         if let Some(why) = &form.no_solution {
             reasons.insert(form.form, why);
         }
-        if !form.assumed.is_empty() {
+        if !form.rests_on.is_empty() {
             // Writing to a String cannot fail.
-            let _ = writeln!(out, "{}: rests on assumed {}", form.form, form.assumed.join(", "));
+            let _ = writeln!(out, "{}: rests on {}", form.form, form.rests_on.join(", "));
         }
     }
     for (form, why) in reasons {

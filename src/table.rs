@@ -6,7 +6,7 @@ use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use terminal_size::{Width, terminal_size_of};
 
 use pneuval_analysis::metrics::Metric;
-use pneuval_analysis::report::text::{self, NotedText};
+use pneuval_analysis::report::text;
 use pneuval_analysis::results::{Comparison, Results, Standing};
 
 /// The rows of the results, their reasons where something needs one, and the decision.
@@ -25,6 +25,10 @@ pub fn render(results: &Results) -> String {
         // Writing to a String cannot fail.
         let _ = writeln!(out, "{} {}: {}", comparison.verdict.name(), comparison.id, comparison.sentence);
     }
+    let partial = |c: &Comparison| c.metrics.iter().any(|m| m.over_predicted_points.is_some());
+    if results.comparisons.iter().any(partial) {
+        out += "( ) over the points that have a prediction; never judged.\n";
+    }
     let decision = text::decision(results);
     out + &format!("{}: {}\n", decision.headline, decision.detail)
 }
@@ -32,14 +36,15 @@ pub fn render(results: &Results) -> String {
 fn row(comparison: &Comparison) -> Vec<String> {
     let unit = comparison.quantity.unit();
     let (metric, of) = text::relative_metric(comparison);
-    let cell = |metric| {
-        let NotedText { text, note } = text::metric_cell(comparison, metric, unit);
-        if note.is_empty() { text } else { format!("{text} {note}") }
-    };
+    let cell = |metric| text::metric_cell(comparison, metric, unit).text;
     let relative = cell(metric);
     let expectation = text::expectation(comparison);
     vec![
-        comparison.actuator.clone(),
+        if comparison.dataset == comparison.actuator {
+            comparison.actuator.clone()
+        } else {
+            format!("{} ({})", comparison.actuator, comparison.dataset)
+        },
         comparison.quantity.id.clone(),
         comparison.form.clone(),
         format!("{}/{}", comparison.n_used, comparison.n_available),

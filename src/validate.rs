@@ -19,9 +19,7 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
     let inputs = found.into_iter().map(|f| input(f, named.as_ref())).collect::<Result<Vec<Input>, Failure>>()?;
     let evaluation = compare::validate(&inputs, arguments.report_only)?;
     let results = folder::publish(&arguments.out, evaluation)?;
-    for finding in &results.findings {
-        eprintln!("note: {}", finding.text);
-    }
+    output::tell_findings(&results);
     if arguments.json {
         output::print(&folder::to_json(&results)?)?;
     } else {

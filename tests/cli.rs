@@ -69,7 +69,7 @@ fn predict_prints_the_papers_angles_and_says_why_there_is_none() {
     }
     let said = pneuval(
         Path::new("."),
-        &["predict", "dual-chamber-finger", "--quantity", "total-angle", "--at", "40 kPa, 0.05 MPa", "--json"],
+        &["predict", "dual-chamber-finger", "--quantity", "total-angle", "--at", "4e4 Pa, 0.05 MPa", "--json"],
     );
     let blocks: Vec<Value> = serde_json::from_str(&said.out).unwrap();
     let total = blocks[0]["forms"][0]["predicted_si"][0].as_f64().unwrap().to_degrees();

@@ -18,6 +18,7 @@ fn degenerate_tables_are_reported_not_crashed_on() {
         ("-10,9,9\n10,11,11\n", 0),
         // Too large to square, too small to see, of different size.
         ("10,1e300,1\n20,1,1e300\n", 3),
+        ("-20,9,9\n-40,8,8\n", 0),
         ("10,1e-300,2e-300\n20,2e-300,1e-300\n", 0),
         ("10,1e12,1e-12\n", 1),
         ("1e9,10,10\n", 0),
@@ -123,4 +124,130 @@ fn shared_bounds_may_hold_rows_for_others_and_say_so() {
     assert!(said.err.contains("stranger") && said.err.contains("other-model"), "{}", said.err);
     let page = std::fs::read_to_string(lab.path().join("report/index.html")).unwrap();
     assert!(page.contains("other-model met no comparison"));
+}
+
+#[test]
+fn what_was_written_can_be_drawn_again_byte_for_byte() {
+    for rows in ["10,1e300,1\n20,1,1e300\n", "0,10,10\n", "10,NaN,1\n20,,2\n", "10,5,5\n20,5,5\n"] {
+        let lab = Lab::new();
+        lab.write("size.csv", &format!("p,model,measured\nkPa,mm,mm\n{rows}"));
+        lab.bound("rmse", 1e6, "mm", "pass");
+        lab.validate();
+        assert_eq!(pneuval(lab.path(), &["report", "report", "--out", "again"]).code, 0, "{rows:?}");
+        for page in ["index.html", "balloon.html", "results/results.json"] {
+            let read = |out: &str| std::fs::read(lab.path().join(out).join(page)).unwrap();
+            assert!(read("report") == read("again"), "{rows:?}: {page}");
+        }
+        // In place, from the report's own folder and from inside it.
+        assert_eq!(pneuval(&lab.path().join("report"), &["report", "."]).code, 0);
+        assert_eq!(pneuval(&lab.path().join("report"), &["report", "results"]).code, 0);
+    }
+}
+
+#[test]
+fn fits_that_cannot_be_made_say_so() {
+    for (fit, word) in [
+        ("{ to = \"measured\", parameters = [\"C10\", \"C10\"] }", "every parameter once"),
+        ("{ to = \"measured\", parameters = [\"C11\"] }", "C10"),
+        ("{ to = \"measured\", parameters = [] }", "at least one parameter"),
+        ("{ to = \"nothing\", parameters = [\"C10\"] }", "a column of the table"),
+        ("{ to = \"measured\", parameters = [\"C10\", \"C20\"] }", "not finite|finite"),
+    ] {
+        let lab = Lab::new();
+        lab.write(
+            "actuator.toml",
+            &std::fs::read_to_string(datasets().join("actuators/internal-support.toml")).unwrap(),
+        );
+        lab.write("size.csv", "p,measured\nkPa,mm\n10,NaN\n20,34\n30,35\n");
+        lab.change("dataset.toml", "actuator = \"balloon\"", "actuator = \"internal-support\"");
+        lab.change("dataset.toml", "id = \"size\"", "id = \"outer-diameter\"");
+        lab.change("dataset.toml", "chamber = \"air\"", "chamber = \"chamber\"");
+        lab.change("dataset.toml", "predicted = [{ column = \"model\", form = \"model\", title = \"model\" }]\n", "");
+        let new = format!("quantity = \"outer-diameter\"\nform = \"f\"\nmodel = \"consistent\"\nfit = {fit}");
+        lab.change("dataset.toml", "quantity = \"size\"\nform = \"model\"", &new);
+        let said = lab.validate();
+        assert_eq!(said.code, 2, "{fit}: {}", said.out);
+        assert!(word.split('|').any(|w| said.err.contains(w)), "{fit}: {}", said.err);
+    }
+}
+
+#[test]
+fn stored_results_that_lead_elsewhere_are_refused() {
+    let lab = Lab::new();
+    lab.bound("rmse", 5.0, "mm", "pass");
+    assert_eq!(lab.validate().code, 0);
+    let file = lab.path().join("report/results/results.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    for (from, to) in [
+        ("\"id\": \"balloon\"", "\"id\": \"../evil\""),
+        ("\"dataset\": \"balloon\"", "\"dataset\": \"/tmp/evil\""),
+        ("\"n_without_prediction\": 0", "\"n_without_prediction\": 18446744073709551615"),
+        ("\"chambers\": [\n        \"air\"", "\"chambers\": [\n        \"air\", \"b\""),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(&file, text.replacen(from, to, 1)).unwrap();
+        for command in [&["report", "report", "--out", "x/o"][..], &["gate", "report"]] {
+            let said = pneuval(lab.path(), command);
+            assert_eq!(said.code, 2, "{to}: {}", said.err);
+        }
+        assert!(!lab.path().join("x").exists() && !lab.path().join("evil.html").exists());
+    }
+}
+
+#[test]
+fn a_remark_is_placeholders_and_not_a_programme() {
+    let lab = Lab::new();
+    let heavy = "{% for i in range(100000) %}{% for j in range(100000) %}x{% endfor %}{% endfor %}";
+    lab.change("dataset.toml", "form = \"model\"\n", &format!("form = \"model\"\nremark = \"{heavy}\"\n"));
+    let said = lab.validate();
+    assert!(said.code == 2 && said.err.contains("placeholders"), "{}", said.err);
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_and_links_that_lead_outside_are_refused() {
+    let lab = Lab::new();
+    let outside = tempfile::NamedTempFile::new().unwrap();
+    std::fs::remove_file(lab.path().join("size.csv")).unwrap();
+    std::os::unix::fs::symlink(outside.path(), lab.path().join("size.csv")).unwrap();
+    let said = lab.validate();
+    assert!(said.code == 2 && said.err.contains("leads out of its folder"), "{}", said.err);
+    std::fs::remove_file(lab.path().join("size.csv")).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(lab.path().join("size.csv")).status().unwrap().success());
+    let said = lab.validate();
+    assert!(said.code == 2 && said.err.contains("not a file"), "{}", said.err);
+}
+
+#[cfg(unix)]
+#[test]
+fn out_may_be_a_link_and_keeps_empty_folders_of_others() {
+    let lab = Lab::new();
+    lab.bound("rmse", 5.0, "mm", "pass");
+    std::fs::create_dir(lab.path().join("there")).unwrap();
+    std::os::unix::fs::symlink("there", lab.path().join("report")).unwrap();
+    assert_eq!(lab.validate().code, 0);
+    assert!(lab.path().join("there/index.html").is_file());
+    std::fs::create_dir_all(lab.path().join("there/mine/empty")).unwrap();
+    let said = lab.validate();
+    assert!(said.code == 2 && said.err.contains("mine"), "{}", said.err);
+}
+
+#[test]
+fn the_parents_are_the_same_from_wherever_a_folder_is_named() {
+    let lab = Lab::new();
+    let (inner, other) = (lab.path().join("lab/mine"), lab.path().join("lab/cwd"));
+    std::fs::create_dir_all(&inner).unwrap();
+    std::fs::create_dir_all(&other).unwrap();
+    for file in ["dataset.toml", "size.csv", "actuator.toml"] {
+        std::fs::rename(lab.path().join(file), inner.join(file)).unwrap();
+    }
+    lab.bound("max_abs_error", 3.1, "mm", "pass");
+    // Bounds of a folder that is no parent, and too strict: they must not be found.
+    let strict = std::fs::read_to_string(lab.path().join("bounds.toml")).unwrap().replace("3.1", "0.1");
+    std::fs::write(other.join("bounds.toml"), strict).unwrap();
+    let first = pneuval(lab.path(), &["validate", "lab/mine", "--out", "out"]);
+    let second = pneuval(&other, &["validate", "../mine", "--out", "../../out2"]);
+    assert_eq!((first.code, second.code), (0, 0), "{}{}", first.err, second.out);
+    let read = |out: &str| std::fs::read(lab.path().join(out).join("results/results.json")).unwrap();
+    assert!(read("out") == read("out2"));
 }

@@ -25,16 +25,6 @@ pub enum Expect {
     Exceed,
 }
 
-impl Expect {
-    /// The word used in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Exceed => "exceed",
-        }
-    }
-}
-
 /// An acceptance limit on one metric of one comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

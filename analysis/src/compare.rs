@@ -8,6 +8,7 @@ use pneuval_ingest::error::suggestion;
 use pneuval_ingest::manifest::{Actuator, ComparisonSpec, FitSpec, PublishedDataset, PublishedTable};
 use pneuval_ingest::number::Printed;
 use pneuval_ingest::units::Unit;
+use pneuval_models::ModelError;
 use pneuval_models::catalogue::{self, Entry};
 use pneuval_models::least_squares::Fit;
 
@@ -74,6 +75,14 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
         {
             return Err(error.into());
         }
+        let same = |other: &&Input| other.actuator.id == input.actuator.id;
+        if let Some(other) = inputs.iter().find(same).filter(|o| o.actuator.sha256 != input.actuator.sha256) {
+            return Err(AnalysisError::ActuatorConflict {
+                id: input.actuator.id.clone(),
+                file: input.actuator.file.clone(),
+                other: other.actuator.file.clone(),
+            });
+        }
         let record = actuators.entry(input.actuator.id.clone()).or_insert_with(|| actuator_record(&input.actuator));
         record.datasets.push(dataset_record(input));
     }
@@ -102,15 +111,40 @@ fn unused_bounds(inputs: &[Input]) -> Vec<FindingRecord> {
         let same = inputs.iter().filter(|other| other.actuator.id == input.actuator.id);
         let all: Vec<(String, String)> = same.flat_map(|other| posed(&other.dataset)).collect();
         texts.extend(input.bounds.unused_rows(&input.actuator.id, &all));
-        let here = |id: &&str| inputs.iter().any(|other| other.actuator.id == *id);
+        let here: Vec<&str> = inputs.iter().map(|other| other.actuator.id.as_str()).collect();
+        texts.extend(strangers(&input.bounds, &here));
+    }
+    texts.extend(inputs.iter().flat_map(|input| uncompared(&input.dataset)));
+    notes(texts)
+}
+
+/// Actuators that bounds name and that are not here.
+fn strangers(bounds: &Bounds, here: &[&str]) -> Vec<String> {
+    let missing = bounds.actuators().filter(|id| !here.contains(id));
+    missing.map(|id| format!("bounds on {id} were not used: no such actuator here")).collect()
+}
+
+/// Tables and printed predictions that no comparison uses.
+fn uncompared(dataset: &PublishedDataset) -> Vec<String> {
+    let mut texts = Vec::new();
+    for table in &dataset.tables {
+        let compared = |form: &str| {
+            let mut specs = dataset.comparisons.iter().filter(|s| s.quantity == table.quantity.id);
+            specs.any(|s| s.form == form || s.fit.as_ref().is_some_and(|fit| fit.to == form))
+        };
+        if !dataset.comparisons.iter().any(|s| s.quantity == table.quantity.id) {
+            texts.push(format!("table {} of {} is compared with nothing", table.file, dataset.id));
+            continue;
+        }
+        let forms = table.predicted.iter().filter(|p| !compared(&p.form));
         texts.extend(
-            input
-                .bounds
-                .actuators()
-                .filter(|id| !here(id))
-                .map(|id| format!("bounds on {id} were not used: no such actuator here")),
+            forms.map(|p| format!("{} of table {} of {} is compared with nothing", p.form, table.file, dataset.id)),
         );
     }
+    texts
+}
+
+fn notes(texts: BTreeSet<String>) -> Vec<FindingRecord> {
     texts.into_iter().map(|text| FindingRecord { severity: Severity::Note, text }).collect()
 }
 
@@ -124,7 +158,7 @@ fn compare(input: &Input, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     let points = points(&response, &prediction);
     let bounds = input.bounds.of(&input.actuator.id, &spec.quantity, &spec.form, table.quantity.unit.dimension)?;
     let id = format!("{}/{}/{}", input.dataset.id, spec.quantity, spec.form);
-    let n_without_prediction = n_without_prediction(&points, &prediction);
+    let n_without_prediction = points.iter().filter(|p| p.status == PointStatus::NoPrediction).count();
     let metrics = measure_all(&points, n_without_prediction);
     let mut comparison = Comparison {
         id: id.clone(),
@@ -143,7 +177,7 @@ fn compare(input: &Input, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
         measured_source: format!("{}; {}", table.place, table.method),
         equation: prediction.equation.clone(),
         misprints: prediction.misprints.clone(),
-        assumed: prediction.assumed.clone(),
+        rests_on: prediction.rests_on.clone(),
         fit,
         basis: Basis::PublishedPoint,
         chambers: response.chambers.clone(),
@@ -187,7 +221,7 @@ fn predict(
             found: format!("unit `{}`, chambers {}", table.quantity.unit.symbol, response.chambers.join(", ")),
         });
     }
-    let (mut values, assumed) = inputs(entry, actuator)?;
+    let (mut values, rests_on) = inputs(entry, actuator)?;
     let mut record = None;
     if let Some(fit) = &spec.fit {
         let (fitted, found, targets) = fit_column(input, spec, fit, entry, &values, table)?;
@@ -195,8 +229,7 @@ fn predict(
         values = fitted;
     }
     let model = build(entry, &values, actuator)?;
-    let mut prediction = Prediction::computed(&spec.form, entry, &model, assumed, response);
-    prediction.fitted_on = record.as_ref().map(|r| r.fitted_on.clone()).unwrap_or_default();
+    let prediction = Prediction::computed(&spec.form, entry, &model, rests_on, response);
     Ok((prediction, record))
 }
 
@@ -244,6 +277,10 @@ fn fit_column(
         .filter(|(pressures, _)| pressures.iter().any(|p| *p != 0.0))
         .filter_map(|(pressures, cell)| cell.map(|c| (pressures.clone(), c.si)))
         .collect();
+    if let Some((_, value)) = targets.iter().find(|(_, value)| !value.is_finite()) {
+        let source = ModelError::OutOfDomain { symbol: "value to fit", value: *value, domain: "finite" };
+        return Err(AnalysisError::Fit { file: input.file.clone(), line: spec.line, form: spec.form.clone(), source });
+    }
     let (fitted, found) = calibrate(entry, values, &fit.parameters, &targets).map_err(|source| AnalysisError::Fit {
         file: input.file.clone(),
         line: spec.line,
@@ -288,19 +325,27 @@ fn points(response: &Response, prediction: &Prediction) -> Vec<Point> {
 
 fn point(response: &ResponsePoint, predicted: &Predicted, full: &[f64]) -> Point {
     let finite = |printed: &Printed| printed.si.is_finite();
-    let (value, missing) = match predicted {
-        Predicted::Value(printed) => (Some(*printed), None),
-        Predicted::NoSolution(why) => (None, Some(why.clone())),
-        Predicted::NotPrinted => (None, Some("no number is printed here".to_owned())),
+    let value = match predicted {
+        Predicted::Value(printed) => Some(*printed),
+        Predicted::NoSolution(_) | Predicted::Failed(_) | Predicted::NotPrinted => None,
     };
     let (status, reason) = if response.is_zero_reference() && response.measured.is_some() {
-        (PointStatus::ZeroReference, Some("zero-pressure reference".to_owned()))
+        let reason = match predicted {
+            Predicted::Value(_) => "zero-pressure reference".to_owned(),
+            Predicted::NoSolution(why) | Predicted::Failed(why) => format!("zero-pressure reference; {why}"),
+            Predicted::NotPrinted => "zero-pressure reference; no predicted value is printed".to_owned(),
+        };
+        (PointStatus::ZeroReference, Some(reason))
     } else {
-        match (response.measured, value) {
+        match (response.measured, predicted) {
             (None, _) => (PointStatus::HoleInPrint, Some("no measured value is printed".to_owned())),
-            (_, None) => (PointStatus::NoPrediction, missing),
-            (Some(m), Some(p)) if finite(&m) && finite(&p) => (PointStatus::Used, None),
-            (Some(m), _) => {
+            (_, Predicted::NoSolution(why)) => (PointStatus::NoPrediction, Some(why.clone())),
+            (_, Predicted::Failed(why)) => (PointStatus::NotFinite, Some(why.clone())),
+            (_, Predicted::NotPrinted) => {
+                (PointStatus::PredictionNotPrinted, Some("no predicted value is printed".to_owned()))
+            }
+            (Some(m), Predicted::Value(p)) if finite(&m) && finite(p) => (PointStatus::Used, None),
+            (Some(m), Predicted::Value(_)) => {
                 let which = if finite(&m) { "predicted" } else { "measured" };
                 (PointStatus::NotFinite, Some(format!("the {which} value is not a finite number")))
             }
@@ -322,15 +367,6 @@ fn point(response: &ResponsePoint, predicted: &Predicted, full: &[f64]) -> Point
     }
 }
 
-/// Measured points at which the model fails for want of a value. A printed column with no number at any measured point has no
-/// overlap with the measurement: that is inconclusive, not a failure of the model.
-fn n_without_prediction(points: &[Point], prediction: &Prediction) -> usize {
-    let without = points.iter().filter(|p| p.status == PointStatus::NoPrediction).count();
-    let with = points.iter().filter(|p| matches!(p.status, PointStatus::Used | PointStatus::NotFinite)).count();
-    let printed = prediction.at.contains(&Predicted::NotPrinted);
-    if printed && with == 0 { 0 } else { without }
-}
-
 fn measure_all(points: &[Point], n_without_prediction: usize) -> Vec<MetricRecord> {
     let pair = |p: &Point| {
         let interval = |value: Option<f64>, half_width_si| {
@@ -341,30 +377,47 @@ fn measure_all(points: &[Point], n_without_prediction: usize) -> Vec<MetricRecor
             measured: interval(p.measured, p.measured_half_width),
         }
     };
+    let of = |status| points.iter().filter(move |p| p.status == status);
     let in_metrics = |p: &&Point| matches!(p.status, PointStatus::Used | PointStatus::NotFinite);
     let pairs: Vec<Pair> = points.iter().filter(in_metrics).map(pair).collect();
-    let at_zero = points.iter().find(|p| p.status == PointStatus::ZeroReference).map(pair);
+    let at_zero: Vec<Pair> = of(PointStatus::ZeroReference).map(pair).collect();
+    let not_printed = of(PointStatus::PredictionNotPrinted).count();
+    let asked = pairs.len() + n_without_prediction + not_printed;
+    // Points that are missing from a mean would make it another mean: it is then only told, never judged.
+    let missing = if n_without_prediction > 0 {
+        Some(format!("no prediction at {n_without_prediction} of {asked} measured points"))
+    } else if not_printed > 0 && !pairs.is_empty() {
+        Some(format!("no predicted value is printed at {not_printed} of {asked} measured points"))
+    } else {
+        None
+    };
     Metric::ALL
         .into_iter()
         .map(|metric| {
-            let record = MetricRecord::new(metric, metrics::measure(metric, &pairs, at_zero));
-            if n_without_prediction == 0 || metric == Metric::ResidualAtZero {
-                return record;
-            }
-            let why = format!(
-                "no prediction at {n_without_prediction} of {} measured points",
-                n_without_prediction + pairs.len()
-            );
-            MetricRecord {
-                metric,
-                value: None,
-                lower: None,
-                upper: None,
-                undefined: Some(why),
-                over_predicted_points: record.value,
+            let record = MetricRecord::new(metric, metrics::measure(metric, &pairs, &at_zero));
+            match &missing {
+                Some(why) if metric != Metric::ResidualAtZero => MetricRecord {
+                    metric,
+                    value: None,
+                    lower: None,
+                    upper: None,
+                    undefined: Some(record.undefined.unwrap_or_else(|| why.clone())),
+                    over_predicted_points: record.value,
+                },
+                _ => record,
             }
         })
         .collect()
+}
+
+/// Measured points at which the model fails a bound for want of a value. A value that is not a number leaves everything open,
+/// whatever else is missing; the zero-pressure metric asks the zero-pressure references alone.
+fn points_without_prediction(comparison: &Comparison, metric: Metric) -> usize {
+    if metric == Metric::ResidualAtZero || comparison.points.iter().any(|p| p.status == PointStatus::NotFinite) {
+        0
+    } else {
+        comparison.n_without_prediction
+    }
 }
 
 /// Judges a comparison by bounds, from its stored metrics alone.
@@ -386,20 +439,11 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
     }
     for bound in bounds {
         let measure = comparison.metric(bound.metric).map_or(Measure::Undefined("not stored"), MetricRecord::measure);
-        let judgement = judge(measure, &bound, comparison.n_without_prediction);
+        let judgement = judge(measure, &bound, points_without_prediction(comparison, bound.metric));
         let sentence = sentence(comparison, &bound, judgement.why);
         comparison.judgements.push(JudgementRecord { bound, verdict: judgement.verdict, sentence });
     }
-    let has = |verdict| comparison.judgements.iter().any(|j| j.verdict == verdict);
-    comparison.verdict = if comparison.judgements.is_empty() {
-        Verdict::Unjudged
-    } else if has(Verdict::Fail) {
-        Verdict::Fail
-    } else if has(Verdict::Inconclusive) {
-        Verdict::Inconclusive
-    } else {
-        Verdict::Pass
-    };
+    comparison.verdict = comparison.deciding().map_or(Verdict::Unjudged, |judgement| judgement.verdict);
     comparison.sentence = comparison.deciding().map_or_else(
         || "no bound for this comparison: write a row in bounds.toml to have it judged".to_owned(),
         |judgement| judgement.sentence.clone(),
@@ -411,7 +455,7 @@ pub fn metric_text(metric: Metric, value: f64, unit: Unit) -> String {
     match metric {
         Metric::R2 => format::fixed(value, 4),
         metric if metric.is_ratio() => format::percent(value),
-        _ => format::quantity(value, unit, format::ERROR_DECIMALS),
+        _ => format::quantity(value, unit, format::error_decimals(unit)),
     }
 }
 
@@ -422,6 +466,12 @@ pub fn limit_text(metric: Metric, max: f64, unit: Unit) -> String {
     } else {
         format::with_unit(&format::short(unit.from_si(max)), unit)
     }
+}
+
+/// Measured points, zero references apart: what a prediction is asked for.
+pub fn asked(comparison: &Comparison) -> usize {
+    let not_asked = |p: &&Point| matches!(p.status, PointStatus::ZeroReference | PointStatus::HoleInPrint);
+    comparison.points.len() - comparison.points.iter().filter(not_asked).count()
 }
 
 fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
@@ -455,18 +505,18 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
         Why::Within => format!("{name} is {value}, within the bound of {limit}"),
         Why::Beyond => format!("{name} is {value}, beyond the bound of {limit}{expected}"),
         Why::Straddles => format!(
-            "{name} is {value}, which reaches over the bound of {limit}; one more printed digit, or the raw data, would decide it"
+            "{name} is {value}, which reaches over the bound of {limit}; one more printed digit, or the raw data, could decide it"
         ),
         Why::TooUncertain => format!(
-            "{name} is {value}, known less sharply than the {} asked for; one more printed digit, or the raw data, would decide it",
+            "{name} is {value}, known less sharply than the {} asked for; one more printed digit, or the raw data, could decide it",
             limit_text(bound.metric, bound.max_uncertainty.unwrap_or(f64::NAN), unit)
         ),
         Why::NotFinite => {
             let reason = record.and_then(|r| r.undefined.as_deref()).unwrap_or("it is not a finite number");
-            format!("{name} cannot be formed: {reason}; a finite value at every point would decide it")
+            format!("{name} cannot be formed: {reason}; a finite value at every point could decide it")
         }
         Why::NoPrediction => {
-            let total = comparison.n_used + comparison.n_without_prediction;
+            let total = asked(comparison);
             let first = comparison.points.iter().find(|p| p.status == PointStatus::NoPrediction);
             let reason = first.and_then(|p| p.reason.as_deref()).unwrap_or("no value");
             format!(
@@ -501,9 +551,16 @@ fn remark(
         }
         fit.insert("rmse".to_owned(), format::with_unit(&format::significant(unit.from_si(record.rmse_si), 2), unit));
     }
+    let inputs = &input.actuator.values;
+    let inputs: BTreeMap<String, String> = inputs
+        .iter()
+        .map(|(name, v)| (name.clone(), format::with_unit(&format::short(v.unit.from_si(v.si)), v.unit)))
+        .collect();
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    let text = environment.render_str(template, context! { predicted, measured, printed, fit });
+    // Placeholders cost a few units each; a loop would not be one.
+    environment.set_fuel(Some(10_000));
+    let text = environment.render_str(template, context! { predicted, measured, printed, fit, inputs });
     text.map(Some).map_err(|error| AnalysisError::Remark {
         file: input.file.clone(),
         line: spec.line,
@@ -567,6 +624,16 @@ fn dataset_record(input: &Input) -> DatasetRecord {
 /// # Errors
 /// [`AnalysisError::Ingest`] for a bound that measures something else than the quantity.
 pub fn rejudge(results: &mut Results, bounds: Option<&Bounds>) -> Result<(), AnalysisError> {
+    if let Some(bounds) = bounds {
+        let of = |id: &str| {
+            let mine = results.comparisons.iter().filter(|c| c.actuator == id);
+            mine.map(|c| (c.quantity.id.clone(), c.form.clone())).collect::<Vec<_>>()
+        };
+        let actuators: Vec<&str> = results.actuators.iter().map(|a| a.id.as_str()).collect();
+        let mut texts: BTreeSet<String> = actuators.iter().flat_map(|id| bounds.unused_rows(id, &of(id))).collect();
+        texts.extend(strangers(bounds, &actuators));
+        results.findings = notes(texts);
+    }
     for comparison in results.comparisons.iter_mut().filter(|c| c.counted) {
         let rows = match bounds {
             Some(bounds) => {

@@ -44,6 +44,18 @@ pub enum AnalysisError {
         /// What is there.
         found: String,
     },
+    /// Two datasets bring different files of one actuator.
+    #[error(
+        "{file}: key `id`\n  expected: one file per actuator in a run\n  found:    `{id}`, which {other} describes differently\n  next:     give it another id, or validate the datasets one by one"
+    )]
+    ActuatorConflict {
+        /// The actuator.
+        id: String,
+        /// The second file.
+        file: String,
+        /// The first.
+        other: String,
+    },
     /// A model refuses its inputs.
     #[error("{file}: the form `{form}` of `{quantity}` refuses its inputs: {source}")]
     Model {
@@ -57,7 +69,9 @@ pub enum AnalysisError {
         source: ModelError,
     },
     /// A calibration did not succeed.
-    #[error("{file}:{line}: the fit of `{form}` failed: {source}")]
+    #[error(
+        "{file}:{line}: the fit of `{form}` failed: {source}\n  next:     fit fewer parameters, others, or to other values"
+    )]
     Fit {
         /// The dataset.
         file: String,
@@ -70,7 +84,7 @@ pub enum AnalysisError {
     },
     /// A remark's placeholder cannot be filled in.
     #[error(
-        "{file}:{line}: key `remark`\n  expected: placeholders predicted[i], measured[i], printed.<column>[i], fit.<parameter>\n  found:    {message}\n  next:     correct the placeholder"
+        "{file}:{line}: key `remark`\n  expected: placeholders predicted[i], measured[i], printed.<column>[i], fit.<parameter>, inputs.<name>\n  found:    {message}\n  next:     correct the placeholder"
     )]
     Remark {
         /// The dataset.

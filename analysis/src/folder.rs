@@ -36,6 +36,10 @@ const FOLDER: &str = "results";
 /// # Errors
 /// [`AnalysisError::Foreign`] if `out` holds anything this program did not write; otherwise what drawing or writing says.
 pub fn publish(out: &Path, evaluation: Evaluation) -> Result<Results, AnalysisError> {
+    // A link is followed, and a folder that is somebody's working directory has a name.
+    let resolved =
+        if out.exists() { Some(out.canonicalize().map_err(|source| IngestError::write(out, source))?) } else { None };
+    let out = resolved.as_deref().unwrap_or(out);
     check_replaceable(out)?;
     let parent = match out.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -78,7 +82,10 @@ fn write_into(new: &Path, evaluation: Evaluation) -> Result<Results, AnalysisErr
         write(&folder.join(&name), &figure.png)?;
         results.files.insert(name, digest::sha256(&figure.png));
     }
-    write(&folder.join(RESULTS), to_json(&results)?.as_bytes())?;
+    let json = to_json(&results)?;
+    // What cannot be read back (a number that is not finite becomes null) must not be left for `gate` to find.
+    parse(&folder.join(RESULTS), json.as_bytes())?;
+    write(&folder.join(RESULTS), json.as_bytes())?;
     write(&folder.join(SCHEMA), schema_json()?.as_bytes())?;
     for page in report::pages(&results, &figures)? {
         write(&new.join(&page.name), page.html.as_bytes())?;
@@ -122,22 +129,28 @@ fn problem(path: &Path, problem: String, next: &str) -> AnalysisError {
 /// # Errors
 /// [`AnalysisError::Results`] if there are none, they are of another schema, or a stored file is not the one they name.
 pub fn load(path: &Path) -> Result<(PathBuf, Evaluation), AnalysisError> {
-    let candidates = [path.join(FOLDER), path.to_owned(), path.parent().map(Path::to_owned).unwrap_or_default()];
-    let Some(folder) = candidates.into_iter().find(|folder| folder.join(RESULTS).is_file()) else {
-        return Err(problem(path, "no results.json here".into(), "name a folder that `pneuval validate` wrote"));
+    let missing = || problem(path, "no results.json here".into(), "name a folder that `pneuval validate` wrote");
+    let named = path.canonicalize().map_err(|_| missing())?;
+    let folder = if named.is_file() && named.file_name().is_some_and(|name| name == RESULTS) {
+        named.parent().map(Path::to_owned).unwrap_or_default()
+    } else {
+        let inside = [named.join(FOLDER), named];
+        inside.into_iter().find(|folder| folder.join(RESULTS).is_file()).ok_or_else(missing)?
     };
     let file = folder.join(RESULTS);
     let bytes = limits::read(&file, limits::RESULTS_BYTES_MAX)?;
     let results = parse(&file, &bytes)?;
-    let series_path = folder.join(SERIES);
-    let bytes = limits::read(&series_path, limits::RESULTS_BYTES_MAX)?;
-    if results.files.get(SERIES) != Some(&digest::sha256(&bytes)) {
-        return Err(problem(
-            &series_path,
-            "its SHA-256 is not the one in results.json".into(),
-            "run `pneuval validate` again",
-        ));
+    for (name, digest) in &results.files {
+        let stored = folder.join(name);
+        if digest::sha256(&limits::read(&stored, limits::RESULTS_BYTES_MAX)?) != *digest {
+            return Err(problem(
+                &stored,
+                "its SHA-256 is not the one in results.json".into(),
+                "run `pneuval validate` again",
+            ));
+        }
     }
+    let series_path = folder.join(SERIES);
     let curves = series::from_columns(&read_parquet(&series_path)?).ok_or_else(|| {
         problem(&series_path, "its columns are not those of curves".into(), "run `pneuval validate` again")
     })?;
@@ -154,7 +167,10 @@ fn parse(file: &Path, bytes: &[u8]) -> Result<Results, AnalysisError> {
         let text = format!("schema_version {SCHEMA_VERSION} expected, found {found}");
         return Err(problem(file, text, "use the program version that wrote it, or validate again"));
     }
-    serde_json::from_value(value).map_err(|error| problem(file, format!("not results of this schema: {error}"), next))
+    let results: Results = serde_json::from_value(value)
+        .map_err(|error| problem(file, format!("not results of this schema: {error}"), next))?;
+    results.check().map_err(|what| problem(file, what, next))?;
+    Ok(results)
 }
 
 /// A folder may be replaced if it is absent, empty, or holds nothing but an earlier report.
@@ -166,19 +182,11 @@ fn check_replaceable(out: &Path) -> Result<(), AnalysisError> {
     if !out.is_dir() {
         return Err(foreign("a file".to_owned()));
     }
-    let mut files = BTreeSet::new();
-    list(out, out, &mut files)?;
-    if files.is_empty() {
-        return Ok(());
-    }
     let known = earlier_report(&out.join(FOLDER).join(RESULTS));
-    let Some(known) = known else {
-        let first = files.first().cloned().unwrap_or_default();
-        return Err(foreign(format!("`{first}`, and no results of this program")));
-    };
-    match files.difference(&known).next() {
+    match stranger(out, out, known.as_ref().unwrap_or(&BTreeSet::new()))? {
         None => Ok(()),
-        Some(stranger) => Err(foreign(format!("`{stranger}`, which is not part of the report"))),
+        Some(name) if known.is_some() => Err(foreign(format!("`{name}`, which is not part of the report"))),
+        Some(name) => Err(foreign(format!("`{name}`, and no results of this program"))),
     }
 }
 
@@ -197,19 +205,23 @@ fn earlier_report(stored: &Path) -> Option<BTreeSet<String>> {
     Some(known)
 }
 
-/// Files below a folder, relative to `root`, with forward slashes.
-fn list(root: &Path, folder: &Path, files: &mut BTreeSet<String>) -> Result<(), AnalysisError> {
+/// The first file or empty folder below `root` that is not known.
+fn stranger(root: &Path, folder: &Path, known: &BTreeSet<String>) -> Result<Option<String>, AnalysisError> {
     let entries = fs::read_dir(folder).map_err(|source| IngestError::read(folder, source))?;
+    let mut empty = true;
     for entry in entries {
+        empty = false;
         let entry = entry.map_err(|source| IngestError::read(folder, source))?;
         let path = entry.path();
         let kind = entry.file_type().map_err(|source| IngestError::read(&path, source))?;
-        if kind.is_dir() {
-            list(root, &path, files)?;
-        } else {
-            let relative = path.strip_prefix(root).unwrap_or(&path);
-            files.insert(relative.to_string_lossy().replace('\\', "/"));
+        let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+        // Only folders that known files lie in are looked into.
+        let inside = kind.is_dir() && known.iter().any(|file| file.starts_with(&format!("{name}/")));
+        let found = if inside { stranger(root, &path, known)? } else { (!known.contains(&name)).then_some(name) };
+        if found.is_some() {
+            return Ok(found);
         }
     }
-    Ok(())
+    let name = folder.strip_prefix(root).unwrap_or(folder).to_string_lossy().into_owned();
+    Ok((empty && folder != root).then_some(name))
 }

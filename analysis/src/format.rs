@@ -33,8 +33,14 @@ pub fn quantity(value_si: f64, unit: Unit, decimals: usize) -> String {
     with_unit(&fixed(unit.from_si(value_si), decimals), unit)
 }
 
-/// Decimals at which errors and predictions are shown: four in mm, deg and N.
-pub const ERROR_DECIMALS: usize = 4;
+/// Decimals at which errors and predictions are shown: four in mm, deg and N, and as fine as that in every other unit.
+pub fn error_decimals(unit: Unit) -> usize {
+    let usual = unit.dimension.display_unit().factor;
+    // Powers of ten between the units, at most a few.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let decimals = (4.0 + (unit.factor / usual).log10().round()).clamp(0.0, 9.0) as usize;
+    decimals
+}
 
 /// A share as percent, three decimals.
 pub fn percent(share: f64) -> String {

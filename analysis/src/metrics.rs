@@ -11,11 +11,12 @@
 //! | `relative_to_measured_max`, `_mean` | max, mean of \|r\| / \|measured\| |
 //! | `relative_to_predicted_max`, `_mean` | max, mean of \|r\| / \|predicted\| (dual-chamber-finger's choice) |
 //! | `relative_to_range_max`, `_rmse` | max \|r\|, RMSE over (max - min of measured) |
-//! | `residual_at_zero` | r at the zero-pressure reference |
+//! | `residual_at_zero` | r at the zero-pressure reference; of several, the largest in size |
 //! | `r2` | 1 - Σ r² / Σ (measured - its mean)²; shown, never bounded |
 //!
 //! Printed values are intervals (half a unit of the last digit either side). Every metric carries the interval that it can
-//! take while each printed value moves within its own; `relative_to_range` and `r2` are handled more coarsely: the former's
+//! take while each measured and each printed predicted value moves within its own; pressures, dimensions and constants are taken
+//! as exact, although they are printed too, and a computed prediction has no width; `relative_to_range` and `r2` are handled more coarsely: the former's
 //! interval combines the extremes of numerator and denominator, the latter has none.
 
 use schemars::JsonSchema;
@@ -203,7 +204,9 @@ fn relative(a: Interval, b: Interval) -> Option<Interval> {
     let upper = corners.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     // The value as |a - b| / |b|, the papers' own order of operations.
     let value = (a.value - b.value).abs() / b.value.abs();
-    Some(Interval { value, ..Interval { value: 0.0, lower: lower - 1.0, upper: upper - 1.0 }.abs() })
+    let size = Interval { value, lower: lower - 1.0, upper: upper - 1.0 }.abs();
+    // Both orders of operations round differently: the value stays inside its interval.
+    Some(Interval { value, lower: size.lower.min(value), upper: size.upper.max(value) })
 }
 
 /// What is known of a metric.
@@ -217,10 +220,15 @@ pub enum Measure {
     Undefined(&'static str),
 }
 
-/// A metric over the pairs used, with the pair at zero pressure if there is one.
-pub fn measure(metric: Metric, pairs: &[Pair], at_zero: Option<Pair>) -> Measure {
+/// A metric over the pairs used, with the pairs at zero pressure.
+pub fn measure(metric: Metric, pairs: &[Pair], at_zero: &[Pair]) -> Measure {
     if metric == Metric::ResidualAtZero {
-        return at_zero.map_or(Measure::Undefined("no zero-pressure reference"), |pair| finite(pair.residual()));
+        let residuals: Vec<Interval> = at_zero.iter().map(Pair::residual).collect();
+        if residuals.iter().any(|r| !r.is_finite()) {
+            return Measure::Undefined("a measured or predicted value at zero pressure is not a finite number");
+        }
+        let largest = residuals.into_iter().max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        return largest.map_or(Measure::Undefined("no zero-pressure reference"), finite);
     }
     if pairs.is_empty() {
         return Measure::Undefined("no point where both a measured and a predicted value exist");
@@ -311,7 +319,14 @@ fn r2(pairs: &[Pair]) -> Measure {
     let centre = pairs.iter().map(|p| p.measured.value).sum::<f64>() / n;
     let total: f64 = pairs.iter().map(|p| (p.measured.value - centre).powi(2)).sum();
     let left: f64 = pairs.iter().map(|p| p.residual().value.powi(2)).sum();
-    if total > 0.0 { Measure::Shown(1.0 - left / total) } else { Measure::Undefined("the measured values do not vary") }
+    let value = 1.0 - left / total;
+    if total == 0.0 {
+        Measure::Undefined("the measured values do not vary")
+    } else if value.is_finite() {
+        Measure::Shown(value)
+    } else {
+        Measure::Undefined("the result is not a finite number")
+    }
 }
 
 #[cfg(test)]
@@ -325,7 +340,7 @@ mod tests {
     }
 
     fn known(metric: Metric, pairs: &[Pair]) -> Interval {
-        match measure(metric, pairs, None) {
+        match measure(metric, pairs, &[]) {
             Measure::Known(interval) => interval,
             other => panic!("{metric:?}: {other:?}"),
         }
@@ -370,9 +385,9 @@ mod tests {
                 assert!((number - expected).abs() < 1e-15, "{metric:?}: {number} {expected}");
             }
         }
-        assert_eq!(measure(Metric::R2, &p, None), Measure::Shown(1.0 - 14.0 / 200.0));
+        assert_eq!(measure(Metric::R2, &p, &[]), Measure::Shown(1.0 - 14.0 / 200.0));
         let at_zero = pairs(&[(0.5, 0.0)], &[(0.0, 0.0)])[0];
-        let Measure::Known(zero) = measure(Metric::ResidualAtZero, &p, Some(at_zero)) else { panic!() };
+        let Measure::Known(zero) = measure(Metric::ResidualAtZero, &p, &[at_zero]) else { panic!() };
         assert!((zero.value - 0.5).abs() < 1e-15);
     }
 
@@ -412,13 +427,13 @@ mod tests {
         let nan = pairs(&[(1.0, 0.0), (f64::NAN, 0.0)], &[(1.0, 0.0), (2.0, 0.0)]);
         let zero = pairs(&[(0.0, 0.0)], &[(0.0, 0.0)]);
         for metric in Metric::ALL {
-            assert!(matches!(measure(metric, &nan, Some(nan[1])), Measure::Undefined(_)), "{metric:?}");
-            assert!(matches!(measure(metric, &[], None), Measure::Undefined(_)), "{metric:?}");
+            assert!(matches!(measure(metric, &nan, &nan[1..]), Measure::Undefined(_)), "{metric:?}");
+            assert!(matches!(measure(metric, &[], &[]), Measure::Undefined(_)), "{metric:?}");
         }
         for metric in
             [Metric::RelativeToMeasuredMax, Metric::RelativeToPredictedMean, Metric::RelativeToRangeMax, Metric::R2]
         {
-            assert!(matches!(measure(metric, &zero, None), Measure::Undefined(_)), "{metric:?}");
+            assert!(matches!(measure(metric, &zero, &[]), Measure::Undefined(_)), "{metric:?}");
         }
     }
 

@@ -3,6 +3,7 @@
 use pneuval_ingest::document::Origin;
 use pneuval_ingest::manifest::{Actuator, PredictedColumn, PublishedTable};
 use pneuval_ingest::number::Printed;
+use pneuval_models::ModelError;
 use pneuval_models::catalogue::{Entry, Inputs, Model};
 
 use crate::AnalysisError;
@@ -26,14 +27,12 @@ pub struct Prediction {
     pub equation: Option<String>,
     /// What fails in print, or departs from it.
     pub misprints: Vec<String>,
-    /// Inputs that nobody printed or measured.
-    pub assumed: Vec<String>,
+    /// Inputs that nobody printed or measured: `assumed sheet_width`, `calibrated C10`.
+    pub rests_on: Vec<String>,
     /// One per point of the response.
     pub at: Vec<Predicted>,
     /// The form between the points, for figures: share of full pressure, value in SI.
     pub curve: Vec<CurvePoint>,
-    /// The data its parameters were calibrated on; empty if none.
-    pub fitted_on: Vec<String>,
 }
 
 /// A prediction at one point.
@@ -43,6 +42,8 @@ pub enum Predicted {
     Value(Printed),
     /// The model has no value here, and why.
     NoSolution(String),
+    /// The solver gave up here, and why: nothing is known, so nothing is judged.
+    Failed(String),
     /// A printed column has no number here.
     NotPrinted,
 }
@@ -76,15 +77,14 @@ impl Prediction {
             source: table.place.clone(),
             equation: None,
             misprints: vec![],
-            assumed: vec![],
+            rests_on: vec![],
             at,
             curve,
-            fitted_on: vec![],
         }
     }
 
     /// A catalogue form evaluated at the points of a response.
-    pub fn computed(form: &str, entry: &Entry, model: &Model, assumed: Vec<String>, response: &Response) -> Self {
+    pub fn computed(form: &str, entry: &Entry, model: &Model, rests_on: Vec<String>, response: &Response) -> Self {
         let pressures: Vec<Vec<f64>> = response.points.iter().map(|p| p.pressures_gauge_pa.clone()).collect();
         let full = full_pressures(&pressures);
         let curve = (0..=CURVE_STEPS)
@@ -102,10 +102,9 @@ impl Prediction {
             source: entry.source.to_owned(),
             equation: Some(entry.equation.to_owned()),
             misprints: entry.misprints.iter().map(|m| (*m).to_owned()).collect(),
-            assumed,
+            rests_on,
             at: pressures.iter().map(|p| predict_at(model, p)).collect(),
             curve,
-            fitted_on: vec![],
         }
     }
 }
@@ -113,29 +112,33 @@ impl Prediction {
 fn predict_at(model: &Model, pressures_gauge_pa: &[f64]) -> Predicted {
     match model.predict(pressures_gauge_pa) {
         Ok(si) => Predicted::Value(Printed { si, half_width_si: 0.0 }),
-        Err(error) => Predicted::NoSolution(error.to_string()),
+        // The physics has an answer here, and it is "none"; anything else is a failure of the computation.
+        Err(
+            error @ (ModelError::BeyondLimit { .. } | ModelError::BelowStart { .. } | ModelError::OutOfDomain { .. }),
+        ) => Predicted::NoSolution(error.to_string()),
+        Err(error) => Predicted::Failed(error.to_string()),
     }
 }
 
-/// The largest pressure of each chamber.
+/// The largest pressure of each chamber in size: a vacuum is a pressure too.
 pub fn full_pressures(pressures_gauge_pa: &[Vec<f64>]) -> Vec<f64> {
     let chambers = pressures_gauge_pa.first().map_or(0, Vec::len);
-    (0..chambers).map(|c| pressures_gauge_pa.iter().map(|p| p[c]).fold(0.0, f64::max)).collect()
+    (0..chambers).map(|c| pressures_gauge_pa.iter().map(|p| p[c].abs()).fold(0.0, f64::max)).collect()
 }
 
-/// Share of full pressure: the mean over chambers that have one.
+/// Share of full pressure, -1 to 1: the mean over chambers that have one.
 pub fn share(pressures_gauge_pa: &[f64], full: &[f64]) -> f64 {
     let shares: Vec<f64> = pressures_gauge_pa.iter().zip(full).filter(|(_, f)| **f > 0.0).map(|(p, f)| p / f).collect();
     if shares.is_empty() { 0.0 } else { shares.iter().sum::<f64>() / shares.len() as f64 }
 }
 
-/// The inputs of a catalogue form from an actuator file, and which of them are assumed.
+/// The inputs of a catalogue form from an actuator file, and which of them nobody printed or measured.
 ///
 /// # Errors
 /// [`AnalysisError::Input`] for a value that is missing or measures something else.
 pub fn inputs(entry: &Entry, actuator: &Actuator) -> Result<(Inputs, Vec<String>), AnalysisError> {
     let mut inputs = Inputs::default();
-    let mut assumed = Vec::new();
+    let mut rests_on = Vec::new();
     for parameter in entry.parameters {
         let error = |found: String| AnalysisError::Input {
             file: actuator.file.clone(),
@@ -147,12 +150,12 @@ pub fn inputs(entry: &Entry, actuator: &Actuator) -> Result<(Inputs, Vec<String>
         if value.unit.dimension.si_symbol() != parameter.si_unit {
             return Err(error(format!("unit `{}`", value.unit.symbol)));
         }
-        if value.origin == Origin::Assumed {
-            assumed.push(parameter.name.to_owned());
+        if matches!(value.origin, Origin::Assumed | Origin::Calibrated) {
+            rests_on.push(format!("{} {}", value.origin.name(), parameter.name));
         }
         inputs.set(parameter.name, value.si);
     }
-    Ok((inputs, assumed))
+    Ok((inputs, rests_on))
 }
 
 /// The model of a catalogue form, an actuator and perhaps changed inputs.

@@ -8,9 +8,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use pneuval_ingest::manifest::is_id;
 use pneuval_ingest::units::Unit;
 
-use crate::bounds::{Bound, Expect};
+use crate::bounds::Bound;
 use crate::metrics::{Interval, Measure, Metric};
 use crate::verdict::{Basis, Verdict, is_as_expected};
 
@@ -202,8 +203,8 @@ pub struct Comparison {
     pub equation: Option<String>,
     /// What fails in print, or departs from it.
     pub misprints: Vec<String>,
-    /// Inputs that nobody printed or measured.
-    pub assumed: Vec<String>,
+    /// Inputs that nobody printed or measured: `assumed sheet_width`, `calibrated C10`.
+    pub rests_on: Vec<String>,
     /// The calibration that came first.
     pub fit: Option<FitRecord>,
     /// Ground of the intervals.
@@ -222,7 +223,7 @@ pub struct Comparison {
     pub metrics: Vec<MetricRecord>,
     /// Every bound with its verdict.
     pub judgements: Vec<JudgementRecord>,
-    /// The verdict of the comparison: the worst of its bounds.
+    /// The verdict of the bound that decides.
     pub verdict: Verdict,
     /// Whether it counts for the exit code.
     pub counted: bool,
@@ -274,8 +275,10 @@ pub enum PointStatus {
     HoleInPrint,
     /// Measured or predicted is not a finite number: no metric can be formed.
     NotFinite,
-    /// The prediction has no value here.
+    /// The model has no value here.
     NoPrediction,
+    /// The prediction is a printed column with a hole here.
+    PredictionNotPrinted,
 }
 
 /// A point of a comparison.
@@ -286,7 +289,7 @@ pub struct Point {
     pub line: usize,
     /// Gauge pressure per chamber, Pa.
     pub pressures_gauge_pa: Vec<f64>,
-    /// Share of full pressure, 0 to 1.
+    /// Share of the largest pressure in size, -1 to 1.
     pub pressure_share: f64,
     /// Measured value; null where none is printed or it is not finite.
     pub measured: Option<f64>,
@@ -365,14 +368,17 @@ impl Comparison {
         self.metrics.iter().find(|m| m.metric == metric)
     }
 
-    /// The bound that decided the verdict: the first with the comparison's verdict.
+    /// The judgement that makes the comparison's standing: one that differs from the expected, else an open one, else a
+    /// failure, else the first.
     pub fn deciding(&self) -> Option<&JudgementRecord> {
-        self.judgements.iter().find(|j| j.verdict == self.verdict).or_else(|| self.judgements.first())
-    }
-
-    /// What its bounds expect; a comparison without bounds expects to pass.
-    pub fn expect(&self) -> Expect {
-        self.deciding().map_or(Expect::Pass, |j| j.bound.expect)
+        let rank = |j: &&JudgementRecord| match (j.verdict, is_as_expected(j.verdict, j.bound.expect)) {
+            (Verdict::Fail, false) => 0,
+            (Verdict::Pass, false) => 1,
+            (_, false) => 2,
+            (Verdict::Fail, true) => 3,
+            (_, true) => 4,
+        };
+        self.judgements.iter().min_by_key(rank)
     }
 
     /// What the comparison means for the exit code.
@@ -426,6 +432,33 @@ impl Results {
         } else {
             Decision::AsExpected
         }
+    }
+
+    /// Whether the parts fit together: ids that are ids, points with a pressure per chamber, counts that are those of the points.
+    ///
+    /// # Errors
+    /// What does not fit, in words.
+    pub fn check(&self) -> Result<(), String> {
+        let id = |text: &str| if is_id(text) { Ok(()) } else { Err(format!("`{}` is not an id", text.escape_debug())) };
+        for actuator in &self.actuators {
+            id(&actuator.id)?;
+        }
+        for c in &self.comparisons {
+            for text in [&c.actuator, &c.dataset, &c.quantity.id, &c.form] {
+                id(text)?;
+            }
+            if !self.actuators.iter().any(|a| a.id == c.actuator) {
+                return Err(format!("{}: its actuator is not listed", c.id));
+            }
+            if c.chambers.is_empty() || c.points.iter().any(|p| p.pressures_gauge_pa.len() != c.chambers.len()) {
+                return Err(format!("{}: a point without a pressure per chamber", c.id));
+            }
+            let count = |status| c.points.iter().filter(|p| p.status == status).count();
+            if c.n_used != count(PointStatus::Used) || c.n_without_prediction != count(PointStatus::NoPrediction) {
+                return Err(format!("{}: counts that are not those of its points", c.id));
+            }
+        }
+        Ok(())
     }
 
     /// The JSON Schema of this layout.

@@ -14,7 +14,7 @@ pub enum Verdict {
     Pass,
     /// The whole interval is beyond the bound, or the model gives no prediction where there is a measurement.
     Fail,
-    /// Not finite, no overlap, or the interval straddles the bound.
+    /// Not finite, not printed, no overlap, or the interval straddles the bound.
     Inconclusive,
     /// No bound.
     Unjudged,
@@ -80,8 +80,9 @@ pub enum Why {
 
 /// Compares a metric with a bound.
 ///
-/// Looks at what is not a number first; passes by `upper <= max`, never by "not greater". `points_without_prediction` counts the
-/// measured points at which the model has no value: there it fails, whatever the metric over the other points.
+/// Passes by `upper <= max`, never by "not greater". `points_without_prediction` counts the measured points at which the model
+/// has no value: there it fails, whatever the metric over the other points. The caller gives 0 where a value that is not a
+/// number leaves everything open; such a metric comes as [`Measure::Undefined`], and is looked at before any bound.
 ///
 /// ```
 /// use pneuval_analysis::bounds::{Bound, Expect};
@@ -107,7 +108,8 @@ pub fn judge(measure: Measure, bound: &Bound, points_without_prediction: usize) 
         Measure::Shown(_) | Measure::Undefined(_) => return judgement(Verdict::Inconclusive, Why::NotFinite),
     };
     let Interval { value, lower, upper } = interval;
-    if !(value.is_finite() && lower.is_finite() && upper.is_finite() && bound.max.is_finite()) {
+    let numbers = value.is_finite() && lower.is_finite() && upper.is_finite() && bound.max.is_finite();
+    if !(numbers && lower <= value && value <= upper) {
         return judgement(Verdict::Inconclusive, Why::NotFinite);
     }
     if lower > bound.max {

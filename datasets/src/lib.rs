@@ -153,7 +153,7 @@ pub fn embedded_actuators() -> impl Iterator<Item = &'static str> {
 }
 
 fn unknown_actuator(file: &str, id: &str) -> DatasetError {
-    let next = format!("{}, or write {id}/actuator.toml", suggestion(id, embedded_actuators()));
+    let next = format!("{}; or write an actuator.toml of that id here or above", suggestion(id, embedded_actuators()));
     DatasetError::UnknownActuator { file: file.to_owned(), actuator: id.to_owned(), next }
 }
 
@@ -195,6 +195,11 @@ impl Folder {
         match self {
             Self::Disk(folder) => {
                 let path = folder.join(name);
+                let real = |path: &Path| path.canonicalize().map_err(|source| IngestError::read(path, source));
+                if !real(&path)?.starts_with(real(folder)?) {
+                    let outside = std::io::Error::other("it is a link that leads out of its folder");
+                    return Err(IngestError::read(&path, outside));
+                }
                 let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
                 Ok((path.display().to_string(), bytes))
             }
@@ -208,43 +213,55 @@ impl Folder {
         }
     }
 
+    /// The nearest actuator of an id: at each level `actuator.toml`, if it is of this id, or `actuators/<id>.toml`.
     fn actuator(&self, id: &str) -> Result<Option<(Actuator, String)>, IngestError> {
-        let named = format!("actuators/{id}.toml");
-        // An `actuator.toml` of another id does not end the search.
-        for name in ["actuator.toml", &named] {
-            if let Some(located) = self.lookup(&[name])? {
-                let actuator = Actuator::read(&located.file, &located.bytes)?;
-                if actuator.id == id {
-                    return Ok(Some((actuator, located.relative)));
-                }
+        for located in self.candidates(&["actuator.toml", &format!("actuators/{id}.toml")])? {
+            let located = located?;
+            let actuator = Actuator::read(&located.file, &located.bytes)?;
+            if actuator.id == id {
+                return Ok(Some((actuator, located.relative)));
             }
         }
         Ok(None)
     }
 
-    /// The nearest of the named files: in this folder, its parents, then embedded.
+    /// The nearest of the named files.
     fn lookup(&self, names: &[&str]) -> Result<Option<Located>, IngestError> {
+        self.candidates(names)?.next().transpose()
+    }
+
+    /// The named files in this folder, its parents, then embedded, nearest first; read one by one.
+    fn candidates<'a>(
+        &self,
+        names: &'a [&'a str],
+    ) -> Result<impl Iterator<Item = Result<Located, IngestError>> + 'a, IngestError> {
+        let mut levels: Vec<PathBuf> = Vec::new();
         if let Self::Disk(folder) = self {
-            let absolute = std::path::absolute(folder).map_err(|source| IngestError::read(folder, source))?;
-            for (levels, ancestor) in absolute.ancestors().enumerate() {
-                for name in names {
-                    let path = ancestor.join(name);
-                    if path.is_file() {
-                        let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
-                        let relative = format!("{}{name}", "../".repeat(levels));
-                        let file = if levels == 0 { folder.join(name) } else { folder.join(&relative) };
-                        return Ok(Some(Located { file: file.display().to_string(), relative, bytes }));
-                    }
-                }
-            }
+            // `..` and links resolved, so that the same folder has the same parents from wherever it is named.
+            let real = folder.canonicalize().map_err(|source| IngestError::read(folder, source))?;
+            levels.extend(real.ancestors().map(Path::to_owned));
         }
-        let found = names.iter().find_map(|name| embedded(name).map(|bytes| (name, bytes)));
-        Ok(found.map(|(name, bytes)| Located {
-            file: format!("embedded {name}"),
+        let shown = match self {
+            Self::Disk(folder) => folder.clone(),
+            Self::Embedded(_) => PathBuf::new(),
+        };
+        let on_disk = levels.into_iter().enumerate().flat_map(move |(level, ancestor)| {
+            let shown = shown.clone();
+            names.iter().filter_map(move |name| {
+                let path = ancestor.join(name);
+                path.is_file().then(|| {
+                    let relative = format!("{}{name}", "../".repeat(level));
+                    let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
+                    Ok(Located { file: shown.join(&relative).display().to_string(), relative, bytes })
+                })
+            })
+        });
+        let embedded = names.iter().filter_map(|name| {
+            let bytes = embedded(name)?.to_vec();
             // As seen from `published/<id>/`, where the embedded files lie in the repository.
-            relative: format!("../../{name}"),
-            bytes: bytes.to_vec(),
-        }))
+            Some(Ok(Located { file: format!("embedded {name}"), relative: format!("../../{name}"), bytes }))
+        });
+        Ok(on_disk.chain(embedded))
     }
 }
 

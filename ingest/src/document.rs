@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 
-use crate::error::{IngestError, Place, suggestion};
+use crate::error::{IngestError, Place, shown, suggestion};
 use crate::units::{Dimension, Unit};
 
 /// A TOML text with its file's name.
@@ -179,13 +179,22 @@ impl RawValue {
     pub fn checked(&self, document: &Document) -> Result<Value, IngestError> {
         let unit = parse_unit(document, &self.unit)?;
         let value = finite(document, &self.value)?;
+        if !unit.to_si(value).is_finite() {
+            let found = format!("{value:e} {}", unit.symbol);
+            return Err(document.malformed(
+                self.value.span(),
+                "a number that is finite in SI units",
+                found,
+                "correct it",
+            ));
+        }
         let std_si = match &self.std {
             Some(std) => {
                 let number = finite(document, std)?;
-                if number < 0.0 {
+                if number < 0.0 || !unit.to_si(number).is_finite() {
                     return Err(document.malformed(
                         std.span(),
-                        "a standard uncertainty >= 0",
+                        "a finite standard uncertainty >= 0",
                         number.to_string(),
                         "correct it",
                     ));
@@ -230,12 +239,7 @@ impl RawValue {
 /// [`IngestError::Malformed`] for an unknown symbol, with the nearest known one.
 pub fn parse_unit(document: &Document, symbol: &Spanned<String>) -> Result<Unit, IngestError> {
     Unit::parse(symbol.get_ref()).ok_or_else(|| {
-        document.malformed(
-            symbol.span(),
-            "a known unit",
-            format!("`{}`", symbol.get_ref()),
-            Unit::suggestion(symbol.get_ref()),
-        )
+        document.malformed(symbol.span(), "a known unit", shown(symbol.get_ref()), Unit::suggestion(symbol.get_ref()))
     })
 }
 

@@ -12,6 +12,9 @@ pub const WRITTEN_BYTES_MAX: u64 = 16 << 20;
 /// Rows of a published table: print ends long before.
 pub const TABLE_ROWS_MAX: usize = 10_000;
 
+/// Columns of a published table.
+pub const TABLE_COLUMNS_MAX: usize = 1_000;
+
 /// Stored results.
 pub const RESULTS_BYTES_MAX: u64 = 1 << 30;
 
@@ -21,6 +24,10 @@ pub const RESULTS_BYTES_MAX: u64 = 1 << 30;
 /// [`IngestError::Read`] if it cannot be read, [`IngestError::TooLarge`] if it is too large, also if it grows while it is read.
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, IngestError> {
     let failed = |source| IngestError::read(path, source);
+    // Before it is opened: opening a pipe waits for whoever writes to it.
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(failed(std::io::Error::other("it is not a file")));
+    }
     let file = File::open(path).map_err(failed)?;
     let size = file.metadata().map_err(failed)?.len();
     let too_large = |bytes| IngestError::TooLarge { path: path.to_owned(), bytes, limit };
@@ -28,7 +35,7 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, IngestError> {
         return Err(too_large(size));
     }
     let mut bytes = Vec::new();
-    // One byte more than allowed is enough to see that it is too much: a pipe or a device has no size.
+    // One byte more than allowed is enough to see that it grew.
     file.take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > limit { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
 }
@@ -43,6 +50,6 @@ mod tests {
         std::fs::write(file.path(), [0; 10]).unwrap();
         assert_eq!(read(file.path(), 10).unwrap().len(), 10);
         assert!(matches!(read(file.path(), 9), Err(IngestError::TooLarge { bytes: 10, limit: 9, .. })));
-        assert!(matches!(read(Path::new("/dev/zero"), 100), Err(IngestError::TooLarge { .. })));
+        assert!(matches!(read(Path::new("/dev/zero"), 100), Err(IngestError::Read { .. })));
     }
 }

@@ -41,7 +41,7 @@ pub fn parse(text: &str) -> Option<(f64, f64)> {
     let value: f64 = text.parse().ok().filter(|v: &f64| v.is_finite())?;
     let last_digit = i32::try_from(fraction.len()).ok().map(|n| exponent.saturating_sub(n))?;
     // Through text, so that half of 0.01 is the double nearest to 0.005.
-    let half_width = format!("5e{}", last_digit.saturating_sub(1)).parse().ok()?;
+    let half_width = format!("5e{}", last_digit.saturating_sub(1)).parse().ok().filter(|h: &f64| h.is_finite())?;
     Some((value, half_width))
 }
 
@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_is_refused() {
-        for text in ["", ".", "-", "1e", "0x10", "1_000", "inf", "1e999", "1.2.3", "12 ", "３"] {
+        for text in ["", ".", "-", "1e", "0x10", "1_000", "inf", "1e999", "0e400", "1.2.3", "12 ", "３"] {
             assert_eq!(parse(text), None, "{text:?}");
         }
     }

@@ -4,7 +4,7 @@ use csv::ReaderBuilder;
 
 use crate::document::utf8;
 use crate::error::{IngestError, Place, shown, suggestion};
-use crate::limits::TABLE_ROWS_MAX;
+use crate::limits::{TABLE_COLUMNS_MAX, TABLE_ROWS_MAX};
 use crate::number::{self, Printed};
 use crate::units::{Dimension, Unit};
 
@@ -67,6 +67,11 @@ impl Table {
             let place = Place::new(file, None, None);
             return Err(malformed(place, "a name row and a unit row", "fewer than two rows".into(), "add them"));
         };
+        if names.cells.len() > TABLE_COLUMNS_MAX {
+            let place = Place::new(file, Some(names.line), None);
+            let expected = format!("a published table of at most {TABLE_COLUMNS_MAX} columns");
+            return Err(malformed(place, &expected, format!("{} columns", names.cells.len()), "split the table"));
+        }
         for (i, name) in names.cells.iter().enumerate() {
             if names.cells[..i].contains(name) {
                 let place = Place::new(file, Some(names.line), Some(format!("column `{name}`")));
@@ -177,12 +182,15 @@ impl Table {
         if text.is_empty() {
             return Ok(None);
         }
-        let Some((value, half_width)) = number::parse(text) else {
+        let in_si = |(value, half): (f64, f64)| (unit.to_si(value), unit.to_si(half));
+        // A number may leave the range of doubles on its way to SI; NaN as printed is passed on to be judged.
+        let finite = |(value, half): &(f64, f64)| !value.is_infinite() && half.is_finite();
+        let Some((si, half_width_si)) = number::parse(text).map(in_si).filter(finite) else {
             let place = Place::new(&self.file, Some(row.line), Some(format!("column `{name}`")));
             let next = "write a decimal number with a point, or leave the cell empty";
             return Err(malformed(place, "a number", shown(text), next));
         };
-        Ok(Some(Printed { si: unit.to_si(value), half_width_si: unit.to_si(half_width) }))
+        Ok(Some(Printed { si, half_width_si }))
     }
 }
 

@@ -115,6 +115,12 @@ pub enum ModelError {
         /// The limit on iterations.
         iterations: usize,
     },
+    /// The data do not determine every fitted parameter.
+    #[error("the data do not determine every parameter (condition number {condition_number:e})")]
+    Undetermined {
+        /// Condition number of the scaled Jacobian.
+        condition_number: f64,
+    },
     /// A least-squares problem cannot be posed.
     #[error(
         "least squares needs at least as many residuals as parameters: {residuals} residuals, {parameters} parameters"
@@ -130,6 +136,7 @@ pub enum ModelError {
 /// A pressure with at most three decimals, in kPa, or in MPa where that reads better.
 fn pressure(pressure_pa: f64) -> String {
     let (value, unit) = if pressure_pa.abs() >= 1e7 { (pressure_pa / 1e6, "MPa") } else { (pressure_pa / 1e3, "kPa") };
-    let text = format!("{value:.3}");
+    // Adding zero turns a negative zero into a positive one.
+    let text = format!("{:.3}", value + 0.0);
     format!("{} {unit}", text.trim_end_matches('0').trim_end_matches('.'))
 }

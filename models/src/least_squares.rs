@@ -27,7 +27,8 @@ pub struct Fit {
 ///
 /// # Errors
 /// [`ModelError::TooFewResiduals`] with fewer residuals than parameters, [`ModelError::OutOfDomain`] for a start value of zero,
-/// [`ModelError::NotConverged`] after 200 steps; and whatever the model says at the start values.
+/// [`ModelError::NotConverged`] after 200 steps or at the edge of the model's domain, [`ModelError::Undetermined`] if the data do
+/// not determine every parameter; and whatever the model says at the start values.
 ///
 /// # Check value
 /// A straight line through three points, 1 + 2x: exact.
@@ -58,6 +59,8 @@ pub fn levenberg_marquardt(
     }
     let mut cost = r.norm_squared();
     let mut damping = 1e-3;
+    // Whether a trial of the present damping ladder could be computed at all.
+    let mut computed = false;
     let mut settled = false;
     let mut iterations = 0;
     let mut jacobian = jacobian_of(&at, &x, r.len())?;
@@ -80,14 +83,19 @@ pub fn levenberg_marquardt(
                 (x, r) = (trial_x, trial_r);
                 iterations += 1;
                 damping = (damping / 10.0).max(1e-15);
+                computed = false;
                 jacobian = jacobian_of(&at, &x, r.len())?;
                 settled = gain <= SETTLED * cost;
                 cost = r.norm_squared();
             }
-            _ => {
+            trial => {
+                computed |= trial.is_some();
                 damping *= 10.0;
-                // No step, however small, improves: the minimum to the last digits.
-                settled = damping > 1e12;
+                // No step, however small, improves: the minimum to the last digits. If none could be computed, it is an edge.
+                settled = damping > 1e12 && computed;
+                if damping > 1e12 && !computed {
+                    break;
+                }
             }
         }
         if settled {
@@ -97,8 +105,17 @@ pub fn levenberg_marquardt(
     if !settled {
         return Err(ModelError::NotConverged { method: "Levenberg-Marquardt", iterations: ITERATIONS });
     }
+    if jacobian.iter().any(|v| !v.is_finite()) {
+        return Err(ModelError::NotConverged { method: "Levenberg-Marquardt", iterations });
+    }
     let singular = jacobian.clone().svd(false, false).singular_values;
     let condition_number = singular.max() / singular.min();
+    // Beyond the digits of a double the data do not determine every parameter: a parameter without influence, or two that do
+    // the same.
+    let determined = condition_number < 1.0 / f64::EPSILON;
+    if !determined {
+        return Err(ModelError::Undetermined { condition_number });
+    }
     let freedom = r.len() - start.len();
     let parameters_std = (freedom > 0).then(|| jacobian.tr_mul(&jacobian).try_inverse()).flatten().map(|inverse| {
         let variance = cost / freedom as f64;

@@ -10,7 +10,7 @@ use crate::AnalysisError;
 use crate::compare::{limit_text, metric_text};
 use crate::format;
 use crate::metrics::Metric;
-use crate::results::{Comparison, PointStatus, Results};
+use crate::results::{Comparison, Point, PointStatus, Results};
 use crate::series::Curve;
 
 /// A drawn figure.
@@ -90,7 +90,8 @@ fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
             if !units.contains(&unit) {
                 units.push(unit);
                 let same: Vec<&Group> = groups.iter().filter(|g| g.unit() == Some(unit)).collect();
-                let name = format!("{}_parity_{}", actuator.id, unit.dimension.si_symbol());
+                let symbol = if unit.symbol == "%" { "percent" } else { unit.symbol };
+                let name = format!("{}_parity_{symbol}", actuator.id);
                 plan(name, parity(&same, unit));
             }
         }
@@ -144,6 +145,12 @@ impl Group<'_> {
         } else {
             (format!("Share of full gauge pressure ({}) / %", format::pressures(&full, &first.chambers)), 100.0)
         }
+    }
+
+    /// Where the pressure axis starts: at zero, or at the deepest vacuum.
+    fn lowest_share(&self) -> f64 {
+        let points = self.comparisons.iter().flat_map(|c| &c.points);
+        points.map(|p| p.pressure_share).fold(0.0, f64::min)
     }
 
     fn response(&self) -> (Chart, String) {
@@ -209,7 +216,7 @@ impl Group<'_> {
             title,
             x_title,
             y_title: axis(&first.quantity.title, unit),
-            x: -0.02 * full..1.04 * full,
+            x: (self.lowest_share() - 0.02) * full..1.04 * full,
             y,
             rows: vec![],
             layers,
@@ -228,11 +235,11 @@ impl Group<'_> {
         comparison.judgements.iter().find_map(|j| match j.bound.metric {
             Metric::MaxAbsError => Some(unit.from_si(j.bound.max)),
             Metric::RelativeToPredictedMax => {
-                let p = comparison.points.iter().find_map(|p| p.predicted)?;
+                let p = used_point(comparison)?.predicted?;
                 (comparison.n_used == 1).then(|| unit.from_si(j.bound.max * p.abs()))
             }
             Metric::RelativeToMeasuredMax => {
-                let m = comparison.points.iter().find_map(|p| p.measured)?;
+                let m = used_point(comparison)?.measured?;
                 (comparison.n_used == 1).then(|| unit.from_si(j.bound.max * m.abs()))
             }
             _ => None,
@@ -261,7 +268,7 @@ impl Group<'_> {
         };
         let (x_title, full) = self.pressure_axis();
         let reach = self.residual_reach(unit);
-        let x = -0.02 * full..1.08 * full;
+        let x = (self.lowest_share() - 0.02) * full..1.08 * full;
         let mut layers = Vec::new();
         let mut legend = Vec::new();
         let bounds: Vec<f64> = self.comparisons.iter().filter_map(|c| Self::residual_bound(c, unit)).collect();
@@ -346,8 +353,9 @@ impl Group<'_> {
             format!("bound: {} at most {}", j.bound.metric.title(), limit_text(j.bound.metric, j.bound.max, unit))
         });
         let legend = vec![Key { text: bound_text, ink: Ink::Measured, shape: None, line: None, band: true }];
-        let pressure = first.points.first().map(|p| format::pressures(&p.pressures_gauge_pa, &first.chambers));
-        let measured = first.points.first().and_then(|p| p.measured).map(|m| format::quantity(m, unit, 0));
+        let asked = first.points.iter().find(|p| p.status != PointStatus::ZeroReference && p.measured.is_some());
+        let pressure = asked.map(|p| format::pressures(&p.pressures_gauge_pa, &first.chambers));
+        let measured = asked.and_then(|p| p.measured).map(|m| format::quantity(m, unit, 0));
         let place = format!("{} measured at {}", measured.unwrap_or_default(), pressure.unwrap_or_default());
         let chart = Chart {
             title: format!("{}: residual by form, {place}", measurement_title(first)),
@@ -420,6 +428,11 @@ fn parity(groups: &[&Group], unit: Unit) -> (Chart, String) {
         titles.join(", ")
     );
     (chart, caption)
+}
+
+/// The first point in the metrics.
+fn used_point(comparison: &Comparison) -> Option<&Point> {
+    comparison.points.iter().find(|p| p.status == PointStatus::Used)
 }
 
 fn axis(title: &str, unit: Unit) -> String {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use pneuval_ingest::units::Unit;
 
 use super::figures::Figure;
-use crate::compare::metric_text;
+use crate::compare::{asked, metric_text};
 use crate::format;
 use crate::metrics::Metric;
 use crate::results::{ActuatorRecord, Comparison, Decision, PointStatus, Results, Standing};
@@ -78,7 +78,7 @@ pub struct Row {
     pub sentence: String,
     pub remark: Option<String>,
     pub reasons: Vec<String>,
-    pub assumed: String,
+    pub rests_on: String,
 }
 
 /// Everything a type's page shows.
@@ -108,6 +108,7 @@ pub struct FigureView {
 #[derive(Serialize)]
 pub struct PointTable {
     pub title: String,
+    pub basis: &'static str,
     pub source: String,
     pub forms: Vec<String>,
     pub points: Vec<PointRow>,
@@ -238,15 +239,17 @@ fn row(results: &Results, c: &Comparison) -> Row {
         sentence: c.sentence.clone(),
         remark: c.remark.clone(),
         reasons,
-        assumed: c.assumed.join(", ").replace('_', " "),
+        rests_on: c.rests_on.join(", ").replace('_', " "),
     }
 }
 
 /// The relative error a row shows: the one its bound names, else of the measured value.
 pub fn relative_metric(c: &Comparison) -> (Metric, &'static str) {
     match c.deciding().map(|j| j.bound.metric) {
-        Some(m @ (Metric::RelativeToPredictedMax | Metric::RelativeToPredictedMean)) => (m, "of predicted"),
-        Some(m @ (Metric::RelativeToRangeMax | Metric::RelativeToRangeRmse)) => (m, "of range"),
+        Some(m @ Metric::RelativeToPredictedMax) => (m, "of predicted"),
+        Some(m @ Metric::RelativeToPredictedMean) => (m, "of predicted, mean"),
+        Some(m @ Metric::RelativeToRangeMax) => (m, "of range"),
+        Some(m @ Metric::RelativeToRangeRmse) => (m, "of range, RMSE"),
         Some(m @ Metric::RelativeToMeasuredMean) => (m, "of measured, mean"),
         _ => (Metric::RelativeToMeasuredMax, "of measured"),
     }
@@ -259,7 +262,7 @@ pub fn metric_cell(c: &Comparison, metric: Metric, unit: Unit) -> NotedText {
     match (record.value, record.over_predicted_points) {
         (Some(value), _) => plain(metric_text(metric, value, unit)),
         (None, Some(partial)) => {
-            let note = format!("at {} of {} points", c.n_used, c.n_used + c.n_without_prediction);
+            let note = format!("at {} of {} points", c.n_used, asked(c));
             NotedText { text: format!("({})", metric_text(metric, partial, unit)), note }
         }
         (None, None) => plain(DASH.to_owned()),
@@ -283,6 +286,7 @@ pub fn excluded(c: &Comparison) -> String {
         (PointStatus::ZeroReference, "zero reference"),
         (PointStatus::NoPrediction, "without prediction"),
         (PointStatus::NotFinite, "not finite"),
+        (PointStatus::PredictionNotPrinted, "prediction not printed"),
         (PointStatus::HoleInPrint, "not printed"),
     ] {
         let n = count(status);
@@ -333,9 +337,10 @@ pub fn decision(results: &Results, actuator: Option<&str>) -> DecisionView {
         Decision::AsExpected => ("good", "Every verdict is as expected".to_owned()),
         Decision::Unexpected => ("bad", format!("{unexpected} of {} differ from what was expected", mine.len())),
         Decision::Open if passed + known + unexpected + open == 0 => ("open", "Nothing was judged".to_owned()),
-        Decision::Open => ("open", format!("{open} of {} are open: inconclusive or without a bound", mine.len())),
+        Decision::Open => ("open", format!("{open} of {} open: inconclusive or without a bound", mine.len())),
     };
-    let mut parts = vec![format!("{} comparisons", mine.len()), format!("{passed} pass")];
+    let plural = if mine.len() == 1 { "" } else { "s" };
+    let mut parts = vec![format!("{} comparison{plural}", mine.len()), format!("{passed} pass")];
     if known > 0 {
         parts.push(format!("{known} exceed their bound as expected"));
     }
@@ -421,6 +426,7 @@ fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
         .collect();
     Some(PointTable {
         title: measurement_title(first),
+        basis: first.basis.label(),
         source: first.measured_source.clone(),
         forms: comparisons.iter().map(|c| c.title.clone()).collect(),
         points,
@@ -435,7 +441,7 @@ fn cell(c: &Comparison, i: usize, unit: Unit) -> Cell {
     });
     let value = point.and_then(|p| p.predicted.map(|v| (v, p.predicted_half_width)));
     let value = value.map_or("no prediction".to_owned(), |(v, half)| {
-        let decimals = if half > 0.0 { printed_decimals(unit.from_si(half)) } else { format::ERROR_DECIMALS };
+        let decimals = if half > 0.0 { printed_decimals(unit.from_si(half)) } else { format::error_decimals(unit) };
         format::quantity(v, unit, decimals)
     });
     Cell { value, residual }
@@ -444,7 +450,7 @@ fn cell(c: &Comparison, i: usize, unit: Unit) -> Cell {
 /// Decimals of a printed number from half a unit of its last digit: 0.005 is two.
 fn printed_decimals(half_width: f64) -> usize {
     if half_width <= 0.0 {
-        return format::ERROR_DECIMALS;
+        return 0;
     }
     // Within ±20 for any number a table can hold; negative where the last digit is a ten or more.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -497,7 +503,7 @@ fn form_view(c: &Comparison) -> FormView {
             fit.fitted_on.join(", "),
             fit.n,
             parameters.join(", "),
-            format::quantity(fit.rmse_si, unit, format::ERROR_DECIMALS),
+            format::quantity(fit.rmse_si, unit, format::error_decimals(unit)),
             format::significant(fit.condition_number, 2)
         )
     });

@@ -24,8 +24,6 @@ pub struct Actuator {
     pub summary: String,
     /// Its air chambers, by id.
     pub chambers: BTreeMap<String, Chamber>,
-    /// The hyperelastic law its constants belong to.
-    pub law: String,
     /// Dimensions and material constants by name; a name stands for one value only.
     pub values: BTreeMap<String, Value>,
     /// The file as the user named it.
@@ -100,7 +98,6 @@ impl Actuator {
             title: raw.title,
             summary: raw.summary,
             chambers,
-            law: raw.material.law.into_inner(),
             values,
             file: file.to_owned(),
             sha256: digest::sha256(bytes),

@@ -379,6 +379,15 @@ impl RawTable {
                     "rename one",
                 ));
             }
+            if raw.column == self.measured.column {
+                let found = format!("`{}`, the measured column", raw.column);
+                return Err(document.malformed(
+                    raw.form.span(),
+                    "a prediction of its own",
+                    found,
+                    "name another column",
+                ));
+            }
             let cells = table.column(&raw.column, unit.dimension)?.cells;
             predicted.push(PredictedColumn { form, title: raw.title.clone(), cells });
         }
@@ -436,6 +445,17 @@ fn comparisons(
             let found = format!("`{form}` of `{quantity}` twice");
             return Err(document.malformed(r.form.span(), "every comparison once", found, "remove one"));
         }
+        let printed = table.predicted.iter().any(|p| p.form == form);
+        let unused = r.model.as_ref().map(Spanned::span).or(r.fit.as_ref().map(|fit| fit.to.span()));
+        if let Some(span) = unused.filter(|_| printed) {
+            let found = format!("`{form}`, which is printed in the table");
+            return Err(document.malformed(
+                span,
+                "`model` and `fit` only for a form that is computed",
+                found,
+                "remove them",
+            ));
+        }
         let fit = match &r.fit {
             None => None,
             Some(fit) => {
@@ -444,6 +464,15 @@ fn comparisons(
                 if !known.clone().any(|k| k == to) {
                     let next = suggestion(to, known);
                     return Err(document.malformed(fit.to.span(), "a column of the table", format!("`{to}`"), next));
+                }
+                let names = fit.parameters.get_ref();
+                if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
+                    return Err(document.malformed(
+                        fit.parameters.span(),
+                        "every parameter once",
+                        "one twice",
+                        "remove one",
+                    ));
                 }
                 if fit.parameters.get_ref().is_empty() {
                     return Err(document.malformed(fit.parameters.span(), "at least one parameter", "none", "name it"));
@@ -459,6 +488,10 @@ fn comparisons(
                     return Err(document.malformed(judge.span(), "key `reason` beside judge = false", "nothing", next));
                 }
             },
+            (_, Some(_)) => {
+                let next = "add judge = false, or move the reason to the bound";
+                return Err(document.malformed(r.form.span(), "`reason` only beside judge = false", "`reason`", next));
+            }
             _ => None,
         };
         specs.push(ComparisonSpec {

@@ -12,7 +12,7 @@ pub use dataset::{
 use toml::Spanned;
 
 use crate::document::Document;
-use crate::error::IngestError;
+use crate::error::{IngestError, shown};
 
 /// The version of the file formats this program reads.
 const SCHEMA: i64 = 1;
@@ -29,22 +29,27 @@ fn check_schema(document: &Document, schema: &Spanned<i64>) -> Result<(), Ingest
     ))
 }
 
-/// Ids become file names and keys: lower-case letters, digits, `-` and `.`. `index` is the report's first page.
-fn check_id(document: &Document, id: &Spanned<String>) -> Result<String, IngestError> {
-    let text = id.get_ref();
+/// Whether a text is an id: lower-case letters, digits, `-` and `.`, at most 80, starting with a letter or digit. Ids become
+/// file names; `index` is the report's first page, and `measured` the measured column.
+pub fn is_id(text: &str) -> bool {
     let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '.';
-    if text != "index"
+    text != "index"
+        && text != "measured"
         && !text.is_empty()
         && text.len() <= 80
         && text.chars().all(allowed)
         && text.starts_with(|c: char| c.is_ascii_alphanumeric())
-    {
+}
+
+fn check_id(document: &Document, id: &Spanned<String>) -> Result<String, IngestError> {
+    let text = id.get_ref();
+    if is_id(text) {
         return Ok(text.clone());
     }
     Err(document.malformed(
         id.span(),
-        "an id of lower-case letters, digits, `-` and `.`, at most 80, starting with a letter or digit, not `index`",
-        format!("`{}`", text.escape_debug()),
+        "an id of lower-case letters, digits, `-` and `.`, at most 80, starting with a letter or digit; not `index`, not `measured`",
+        shown(text),
         "rename it",
     ))
 }

@@ -199,12 +199,20 @@ pub enum Sheet {
     /// Left out.
     None,
     /// Eq. 21 as printed, `β = λ E`, in Eq. 22: the sheet is stressed by E before it bends.
-    Printed,
+    Printed {
+        /// Young's modulus, E in Pa.
+        modulus_pa: f64,
+    },
     /// `β = (λ - 1) E` in Eq. 22.
-    Strain,
+    Strain {
+        /// Young's modulus, E in Pa.
+        modulus_pa: f64,
+    },
     /// An elastic strip bent to the root's angle over its length a: `M3 = E w t³/12 · θ/a`. Not in the paper; the sheet's width
     /// is an input, because the paper prints none.
     ElasticStrip {
+        /// Young's modulus, E in Pa.
+        modulus_pa: f64,
         /// Length over which the root bends, a in m.
         root_length_m: f64,
         /// Width of the sheet, in m.
@@ -212,19 +220,38 @@ pub enum Sheet {
     },
 }
 
+/// How thick the silicone beside the sheet is taken to be, k2, out of the restriction layer z and the sheet t.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layer {
+    /// `2 k2 + t = z`, two equal layers around the sheet, as Eq. 22 places it: 0.85 mm.
+    TwoEqual,
+    /// `k2 = z - t`, all silicone on one side: 1.7 mm.
+    OneSide,
+    /// `k2 = z / 2`: 1.0 mm.
+    Half,
+}
+
+impl Layer {
+    fn thickness_m(self, constraint_m: f64, sheet_m: f64) -> f64 {
+        match self {
+            Self::TwoEqual => 0.5 * (constraint_m - sheet_m),
+            Self::OneSide => constraint_m - sheet_m,
+            Self::Half => 0.5 * constraint_m,
+        }
+    }
+}
+
 /// One way to read Eq. 14 to 24, which leave k2, the factor of one integral and the sheet's stress open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RootReading {
-    /// k2 in m: thickness of a silicone layer beside the sheet. `2 k2 + t = z` gives 0.85 mm; the paper prints no number.
-    pub layer_m: f64,
+    /// k2: thickness of the silicone beside the sheet; the paper prints no number.
+    pub layer: Layer,
     /// c: 1 where the outer `∫ dθ` of Eq. 20 is dropped as in Eq. 23, π where it is kept.
     pub layer_factor: f64,
     /// Linear or full stress.
     pub stress: RootStress,
     /// The sheet.
     pub sheet: Sheet,
-    /// Young's modulus of the sheet, E in Pa.
-    pub sheet_modulus_pa: f64,
     /// Thickness of the sheet, t in m.
     pub sheet_thickness_m: f64,
 }
@@ -251,6 +278,8 @@ pub struct Root {
     section: Section,
     law: Yeoh,
     c10_pa: f64,
+    /// k2 in m.
+    layer_m: f64,
     reading: RootReading,
 }
 
@@ -261,18 +290,27 @@ impl Root {
     /// [`ModelError::OutOfDomain`] for a length, factor or modulus that is not positive.
     pub fn new(section: Section, law: Yeoh, reading: RootReading) -> Result<Self, ModelError> {
         let section = section.checked()?;
-        positive_length("k2", reading.layer_m)?;
         positive_length("sheet_thickness", reading.sheet_thickness_m)?;
-        for (symbol, value) in [("c", reading.layer_factor), ("sheet_modulus", reading.sheet_modulus_pa)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(ModelError::OutOfDomain { symbol, value, domain: "finite and > 0" });
+        let layer_m = reading.layer.thickness_m(section.constraint_thickness_m, reading.sheet_thickness_m);
+        positive_length("k2", layer_m)?;
+        let positive = |symbol, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(())
+            } else {
+                Err(ModelError::OutOfDomain { symbol, value, domain: "finite and > 0" })
+            }
+        };
+        positive("c", reading.layer_factor)?;
+        match reading.sheet {
+            Sheet::None => {}
+            Sheet::Printed { modulus_pa } | Sheet::Strain { modulus_pa } => positive("sheet_modulus", modulus_pa)?,
+            Sheet::ElasticStrip { modulus_pa, root_length_m, sheet_width_m } => {
+                positive("sheet_modulus", modulus_pa)?;
+                positive_length("root_length", root_length_m)?;
+                positive_length("sheet_width", sheet_width_m)?;
             }
         }
-        if let Sheet::ElasticStrip { root_length_m, sheet_width_m } = reading.sheet {
-            positive_length("root_length", root_length_m)?;
-            positive_length("sheet_width", sheet_width_m)?;
-        }
-        Ok(Self { section, law, c10_pa: law.energy_slope_pa(0.0), reading })
+        Ok(Self { section, law, c10_pa: law.energy_slope_pa(0.0), layer_m, reading })
     }
 
     /// Torque per unit pressure, the bracket of Eq. 18 in m³.
@@ -288,20 +326,20 @@ impl Root {
         let (k, r, outer) = (s.chamber_straight_height_m, s.chamber_radius_m, s.outer_radius_m);
         let walls =
             s.radial_wall_m * k * k + 2.0 / 3.0 * (outer.powi(3) - r.powi(3)) + 0.5 * PI * k * (outer * outer - r * r);
-        let (k2, t) = (self.reading.layer_m, self.reading.sheet_thickness_m);
+        let (k2, t) = (self.layer_m, self.reading.sheet_thickness_m);
         walls + 0.5 * s.width_m * k2 * k2 + self.reading.layer_factor * s.width_m * k2 * (1.5 * k2 + t)
     }
 
     /// Torque of the steel sheet, M3 in N m.
     fn sheet_torque_nm(&self, theta: f64) -> f64 {
-        let (e, t) = (self.reading.sheet_modulus_pa, self.reading.sheet_thickness_m);
-        let lever_m3 = self.section.width_m * t * (self.reading.layer_m + 0.5 * t);
+        let t = self.reading.sheet_thickness_m;
+        let lever_m3 = self.section.width_m * t * (self.layer_m + 0.5 * t);
         match self.reading.sheet {
             Sheet::None => 0.0,
-            Sheet::Printed => (1.0 + arc::stretch_excess(theta)) * e * lever_m3,
-            Sheet::Strain => arc::stretch_excess(theta) * e * lever_m3,
-            Sheet::ElasticStrip { root_length_m, sheet_width_m } => {
-                e * sheet_width_m * t.powi(3) / 12.0 * theta / root_length_m
+            Sheet::Printed { modulus_pa } => (1.0 + arc::stretch_excess(theta)) * modulus_pa * lever_m3,
+            Sheet::Strain { modulus_pa } => arc::stretch_excess(theta) * modulus_pa * lever_m3,
+            Sheet::ElasticStrip { modulus_pa, root_length_m, sheet_width_m } => {
+                modulus_pa * sheet_width_m * t.powi(3) / 12.0 * theta / root_length_m
             }
         }
     }

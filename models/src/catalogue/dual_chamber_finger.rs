@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::{Check, Entry, FormKind, Inputs, Model, Parameter};
 use crate::ModelError;
-use crate::actuators::dual_chamber_finger::{Root, RootReading, RootStress, Section, Sheet, Tip, TipReading};
+use crate::actuators::dual_chamber_finger::{Layer, Root, RootReading, RootStress, Section, Sheet, Tip, TipReading};
 use crate::materials::Yeoh;
 use crate::solve::Branch;
 
@@ -53,6 +53,19 @@ const ROOT_PARAMETERS: &[Parameter] = &[
     CHAMBER_RADIUS,
     RADIAL_WALL,
     SHEET_THICKNESS,
+    C10,
+    C20,
+];
+const SHEET_PARAMETERS: &[Parameter] = &[
+    WIDTH,
+    STRAIGHT,
+    CONSTRAINT,
+    CHAMBER_LENGTH,
+    OUTER_RADIUS,
+    CHAMBER_WIDTH,
+    CHAMBER_RADIUS,
+    RADIAL_WALL,
+    SHEET_THICKNESS,
     SHEET_MODULUS,
     C10,
     C20,
@@ -85,7 +98,6 @@ const TOTAL_PARAMETERS: &[Parameter] = &[
     TIP_WALL,
     TIP_AIRBAGS,
     SHEET_THICKNESS,
-    SHEET_MODULUS,
     C10,
     C20,
 ];
@@ -93,11 +105,11 @@ const TOTAL_PARAMETERS: &[Parameter] = &[
 const TIP_SOURCE: &str = "dual-chamber-finger, Eq. 7 to 13";
 const ROOT_SOURCE: &str = "dual-chamber-finger, Eq. 14 to 24";
 const ROOT_EQUATION: &str = "P [s k²/2 + 2r1³/3 + π k r1²/2] = σ1 [g k² + 2(R³-r1³)/3 + π k(R²-r1²)/2 + w k2²/2 + c w k2(3/2 k2 + t)] + M3;  angle = θ";
-const K2_NOT_PRINTED: &str = "k2 is not printed; 2 k2 + t = z would give 0.85 mm";
+const K2_NOT_PRINTED: &str = "k2 is not printed: 0.85 = (z - t)/2, 1.7 = z - t and 1.0 mm = z/2 are readings";
 
 /// The reading that reaches the paper's total: no sheet, k2 1.7 mm, c 1.
 const NO_SHEET: fn(&Inputs) -> Result<RootReading, ModelError> =
-    |i| reading(i, 1.7e-3, 1.0, RootStress::Linear, Sheet::None);
+    |i| reading(i, Layer::OneSide, 1.0, RootStress::Linear, Sheet::None);
 
 /// What the tip's forms share.
 const TIP: Entry = Entry {
@@ -206,7 +218,19 @@ pub(super) const ENTRIES: &[Entry] = &[
                 other => other,
             },
         }],
-        builder: |i| root(i, reading(i, 0.85e-3, 1.0, RootStress::Linear, Sheet::Printed)?),
+        builder: |i| {
+            root(
+                i,
+                reading(
+                    i,
+                    Layer::TwoEqual,
+                    1.0,
+                    RootStress::Linear,
+                    Sheet::Printed { modulus_pa: i.require(SHEET_MODULUS)? },
+                )?,
+            )
+        },
+        parameters: SHEET_PARAMETERS,
         ..ROOT
     },
     Entry {
@@ -220,7 +244,19 @@ pub(super) const ENTRIES: &[Entry] = &[
             unit: "deg",
             compute: || root_deg("sheet-strain", 50e3),
         }],
-        builder: |i| root(i, reading(i, 0.85e-3, 1.0, RootStress::Linear, Sheet::Strain)?),
+        builder: |i| {
+            root(
+                i,
+                reading(
+                    i,
+                    Layer::TwoEqual,
+                    1.0,
+                    RootStress::Linear,
+                    Sheet::Strain { modulus_pa: i.require(SHEET_MODULUS)? },
+                )?,
+            )
+        },
+        parameters: SHEET_PARAMETERS,
         ..ROOT
     },
     Entry {
@@ -238,7 +274,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             unit: "deg",
             compute: || root_deg("elastic-strip", 50e3),
         }],
-        builder: |i| root(i, reading(i, 0.85e-3, 1.0, RootStress::Linear, strip(i)?)?),
+        builder: |i| root(i, reading(i, Layer::TwoEqual, 1.0, RootStress::Linear, strip(i, 1.0)?)?),
         ..ROOT
     },
     Entry {
@@ -253,21 +289,16 @@ pub(super) const ENTRIES: &[Entry] = &[
             unit: "deg",
             compute: || root_deg("elastic-strip-1000x-soft", 50e3),
         }],
-        builder: |i| {
-            root(
-                i,
-                RootReading {
-                    sheet_modulus_pa: 1e-3 * i.require(SHEET_MODULUS)?,
-                    ..reading(i, 1.7e-3, 1.0, RootStress::Linear, strip(i)?)?
-                },
-            )
-        },
+        builder: |i| root(i, reading(i, Layer::OneSide, 1.0, RootStress::Linear, strip(i, 1e-3)?)?),
         ..ROOT
     },
     Entry {
         form: "no-sheet-k2-1.7-c-1",
         title: "no sheet, k2 1.7, c 1",
-        misprints: &["leaves the sheet out; with it the paper's total of 244 deg is out of reach", K2_NOT_PRINTED],
+        misprints: &[
+            "leaves the sheet out; with it the total of 244 deg that the paper's 5.74 % implies is out of reach",
+            K2_NOT_PRINTED,
+        ],
         checks: &[
             angle_check("10 kPa", 21.389_539, || root_deg("no-sheet-k2-1.7-c-1", 10e3)),
             angle_check("20 kPa", 30.007_525, || root_deg("no-sheet-k2-1.7-c-1", 20e3)),
@@ -296,13 +327,13 @@ pub(super) const ENTRIES: &[Entry] = &[
             unit: "deg",
             compute: || total_deg("no-sheet-k2-1.0-c-pi", 50e3),
         }],
-        builder: |i| root(i, reading(i, 1.0e-3, PI, RootStress::Linear, Sheet::None)?),
+        builder: |i| root(i, reading(i, Layer::Half, PI, RootStress::Linear, Sheet::None)?),
         ..ROOT
     },
     Entry {
         form: "no-sheet-k2-0.85-c-1",
         title: "no sheet, k2 0.85, c 1",
-        misprints: &["leaves the sheet out; k2 from 2 k2 + t = z"],
+        misprints: &["leaves the sheet out; k2 = (z - t)/2"],
         checks: &[
             Check {
                 statement: "50 kPa",
@@ -319,13 +350,13 @@ pub(super) const ENTRIES: &[Entry] = &[
                 compute: || total_deg("no-sheet-k2-0.85-c-1", 50e3),
             },
         ],
-        builder: |i| root(i, reading(i, 0.85e-3, 1.0, RootStress::Linear, Sheet::None)?),
+        builder: |i| root(i, reading(i, Layer::TwoEqual, 1.0, RootStress::Linear, Sheet::None)?),
         ..ROOT
     },
     Entry {
         form: "no-sheet-k2-0.85-c-pi",
         title: "no sheet, k2 0.85, c π",
-        misprints: &["leaves the sheet out; k2 from 2 k2 + t = z; keeps the outer integral of Eq. 20"],
+        misprints: &["leaves the sheet out; k2 = (z - t)/2; keeps the outer integral of Eq. 20"],
         checks: &[
             Check {
                 statement: "50 kPa",
@@ -342,7 +373,7 @@ pub(super) const ENTRIES: &[Entry] = &[
                 compute: || total_deg("no-sheet-k2-0.85-c-pi", 50e3),
             },
         ],
-        builder: |i| root(i, reading(i, 0.85e-3, PI, RootStress::Linear, Sheet::None)?),
+        builder: |i| root(i, reading(i, Layer::TwoEqual, PI, RootStress::Linear, Sheet::None)?),
         ..ROOT
     },
     Entry {
@@ -365,13 +396,13 @@ pub(super) const ENTRIES: &[Entry] = &[
                 compute: || total_deg("no-sheet-full-stress-k2-1.7-c-1", 50e3),
             },
         ],
-        builder: |i| root(i, reading(i, 1.7e-3, 1.0, RootStress::Full, Sheet::None)?),
+        builder: |i| root(i, reading(i, Layer::OneSide, 1.0, RootStress::Full, Sheet::None)?),
         ..ROOT
     },
     Entry {
         quantity: "total-angle",
         form: "printed-no-sheet",
-        title: "printed, root without sheet",
+        title: "printed tip, root without sheet",
         equation: "ω = root angle + n θ of the tip (Eq. 25); root: no sheet, k2 1.7, c 1",
         source: "dual-chamber-finger, Eq. 25",
         range: "as its parts",
@@ -381,7 +412,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         chambers: &["tip", "root"],
         parameters: TOTAL_PARAMETERS,
         checks: &[Check {
-            statement: "tip 40 kPa, root 50 kPa (the paper prints 5.74 % against 230 deg: 244)",
+            statement: "tip 40 kPa, root 50 kPa (the paper's 5.74 % against 230 deg implies 244)",
             expected: 244.082,
             tolerance: 5e-4,
             unit: "deg",
@@ -420,23 +451,21 @@ fn tip(i: &Inputs, reading: TipReading) -> Result<Tip, ModelError> {
 
 fn reading(
     i: &Inputs,
-    layer_m: f64,
+    layer: Layer,
     layer_factor: f64,
     stress: RootStress,
     sheet: Sheet,
 ) -> Result<RootReading, ModelError> {
-    Ok(RootReading {
-        layer_m,
-        layer_factor,
-        stress,
-        sheet,
-        sheet_modulus_pa: i.require(SHEET_MODULUS)?,
-        sheet_thickness_m: i.require(SHEET_THICKNESS)?,
-    })
+    Ok(RootReading { layer, layer_factor, stress, sheet, sheet_thickness_m: i.require(SHEET_THICKNESS)? })
 }
 
-fn strip(i: &Inputs) -> Result<Sheet, ModelError> {
-    Ok(Sheet::ElasticStrip { root_length_m: i.require(ROOT_LENGTH)?, sheet_width_m: i.require(SHEET_WIDTH)? })
+/// The sheet as an elastic strip, its modulus multiplied by a factor.
+fn strip(i: &Inputs, factor: f64) -> Result<Sheet, ModelError> {
+    Ok(Sheet::ElasticStrip {
+        modulus_pa: factor * i.require(SHEET_MODULUS)?,
+        root_length_m: i.require(ROOT_LENGTH)?,
+        sheet_width_m: i.require(SHEET_WIDTH)?,
+    })
 }
 
 fn root(i: &Inputs, reading: RootReading) -> Result<Model, ModelError> {

@@ -25,7 +25,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         title: "printed",
         equation: "p(θ) = 3cos³(θ/2) π(r1²-r2²) h dW/dθ / (6π r1² cos(θ/2) + 4r1³ + 12θ tan(θ/2) r1³);  L(θ) = 2r1(1 + 1/cos(θ/2))",
         source: "internal-support, section Theoretical Model for Actuator Expansion, p(θ) and L(θ) (not numbered)",
-        range: "0 <= θ < π; no positive pressure has a solution",
+        range: "0 <= θ <= 3 rad; no positive pressure has a solution",
         misprints: &[
             "sign: r1² - r2² makes every pressure negative",
             "units: 6π r1² stands beside 4 r1³; the derivative of the printed volume has 3π r1³ and 6θ tan(θ/2) r1³",
@@ -69,11 +69,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         title: "consistent",
         equation: "p(t) = (dU/dt)/(dV/dt) of a wall of revolution, meridian = arc of half-angle t over h;  L(t) = D + h tan(t/2)",
         source: "re-derived from internal-support, section Theoretical Model for Actuator Expansion",
-        range: "0 <= t <= 2.2 rad; membrane wall, rigid end plates; L overstated by d1 (1 - λ_r), 0.34 mm at L = 40.9 mm",
-        misprints: &[
-            "departs from print: energy and volume of one shape, hoop stretch kept, L(0) = D",
-            "an independent axisymmetric finite-element model of this geometry agrees within 1-3 % in diameter",
-        ],
+        range: "0 <= t <= 2.2 rad; membrane wall, rigid end plates; L overstated by d1 (1 - λ_r), 0.34 mm at L = 40.9 mm; past t = π/2 the arc overhangs the end plates",
+        misprints: &["departs from print: energy and volume of one shape, hoop stretch kept, L(0) = D"],
         chambers: &["chamber"],
         parameters: PARAMETERS,
         checks: &[

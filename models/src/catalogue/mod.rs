@@ -53,7 +53,7 @@ pub struct Check {
     pub statement: &'static str,
     /// The number.
     pub expected: f64,
-    /// Half a unit of its last digit.
+    /// How far the computed number may be from it: half a unit of the last digit, unless the statement says otherwise.
     pub tolerance: f64,
     /// Its unit.
     pub unit: &'static str,
@@ -81,7 +81,7 @@ pub struct Entry {
     pub source: &'static str,
     /// Where it holds.
     pub range: &'static str,
-    /// What fails in print, or departs from it.
+    /// Of a printed form, what fails in print; of another, where it departs and what the paper leaves open.
     pub misprints: &'static [&'static str],
     /// The chambers whose gauge pressures it takes, in order.
     pub chambers: &'static [&'static str],
