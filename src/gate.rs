@@ -1,6 +1,6 @@
 //! `pneuval gate`: judge stored results again.
 
-use pneuval_analysis::{compare, folder};
+use pneuval_analysis::{folder, gate};
 
 use crate::cli::Gate;
 use crate::exit::{self, Failure, Outcome};
@@ -13,7 +13,7 @@ pub fn run(arguments: &Gate) -> Result<Outcome, Failure> {
     let mut results = evaluation.results;
     // Whoever asks the gate wants its verdict, also of a run that was only to report.
     results.report_only = false;
-    compare::rejudge(&mut results, named.as_ref().map(|(bounds, _)| bounds))?;
+    gate::rejudge(&mut results, named.as_ref().map(|(bounds, _)| bounds))?;
     output::tell_findings(&results);
     if arguments.json {
         output::print(&folder::to_json(&results)?)?;

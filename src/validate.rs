@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use pneuval_analysis::bounds::Bounds;
-use pneuval_analysis::compare::{self, Input};
+use pneuval_analysis::compare::{self, BoundsScope, Input};
 use pneuval_analysis::folder;
 use pneuval_analysis::results::SourceFile;
 use pneuval_datasets::Found;
@@ -39,8 +39,11 @@ pub fn named_bounds(path: &Path) -> Result<(Bounds, SourceFile), Failure> {
 }
 
 fn input(found: Found, named: Option<&(Bounds, SourceFile)>) -> Result<Input, Failure> {
-    let bounds_are_own =
-        named.is_none() && found.bounds.as_ref().is_some_and(|located| located.relative == "bounds.toml");
+    let bounds_scope = match (named, &found.bounds) {
+        (None, Some(located)) if located.relative == "bounds.toml" => BoundsScope::Own,
+        (None, Some(located)) if located.embedded => BoundsScope::Embedded,
+        _ => BoundsScope::Shared,
+    };
     let (bounds, bounds_source) = match (named, &found.bounds) {
         (Some((bounds, source)), _) => (bounds.clone(), Some(source.clone())),
         (None, Some(located)) => {
@@ -56,6 +59,6 @@ fn input(found: Found, named: Option<&(Bounds, SourceFile)>) -> Result<Input, Fa
         actuator_path: found.actuator_file,
         bounds,
         bounds_source,
-        bounds_are_own,
+        bounds_scope,
     })
 }

@@ -251,3 +251,12 @@ fn the_parents_are_the_same_from_wherever_a_folder_is_named() {
     let read = |out: &str| std::fs::read(lab.path().join(out).join("results/results.json")).unwrap();
     assert!(read("out") == read("out2"));
 }
+
+#[test]
+fn embedded_bounds_say_nothing_of_the_papers_to_somebody_elses_dataset() {
+    let lab = Lab::new();
+    lab.write("actuator.toml", &std::fs::read_to_string(datasets().join("actuators/internal-support.toml")).unwrap());
+    lab.change("dataset.toml", "actuator = \"balloon\"", "actuator = \"internal-support\"");
+    let said = lab.validate();
+    assert_eq!((said.code, said.err.as_str()), (3, ""), "{}", said.out);
+}

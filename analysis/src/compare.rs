@@ -13,19 +13,19 @@ use pneuval_models::catalogue::{self, Entry};
 use pneuval_models::least_squares::Fit;
 
 use crate::AnalysisError;
-use crate::bounds::{Bound, Bounds, Expect};
+use crate::bounds::Bounds;
 use crate::fit::calibrate;
 use crate::format;
-use crate::metrics::{self, Interval, Measure, Metric, Pair};
+use crate::gate::{judge_comparison, notes, strangers};
+use crate::metrics::{self, Interval, Metric, Pair};
 use crate::prediction::{Predicted, Prediction, build, full_pressures, inputs, share};
 use crate::response::{Response, ResponsePoint};
 use crate::results::{
-    ActuatorRecord, Comparison, DatasetRecord, FindingRecord, FitRecord, FittedParameter, InputRecord, JudgementRecord,
-    ListingRecord, MetricRecord, Point, PointStatus, QuantityRecord, Results, SCHEMA_VERSION, Severity, SourceFile,
-    StatedRecord,
+    ActuatorRecord, Comparison, DatasetRecord, FindingRecord, FitRecord, FittedParameter, InputRecord, ListingRecord,
+    MetricRecord, Point, PointStatus, QuantityRecord, Results, SCHEMA_VERSION, SourceFile, StatedRecord,
 };
 use crate::series::Curve;
-use crate::verdict::{Basis, Verdict, Why, judge};
+use crate::verdict::{Basis, Verdict};
 
 /// A dataset with all that its comparisons need.
 pub struct Input {
@@ -41,9 +41,19 @@ pub struct Input {
     pub bounds: Bounds,
     /// The bounds file, relative to the dataset's folder, with its digest.
     pub bounds_source: Option<SourceFile>,
-    /// Whether the bounds lie beside the dataset: then a row that meets no comparison is a mistake. A file shared by several
-    /// datasets may hold rows for those that are not here.
-    pub bounds_are_own: bool,
+    /// Whose bounds they are.
+    pub bounds_scope: BoundsScope,
+}
+
+/// Whose bounds apply to a dataset: what a row that meets no comparison means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BoundsScope {
+    /// They lie beside the dataset: such a row is a mistake.
+    Own,
+    /// They lie above it, or were named: such a row may be meant for a dataset that is not here, and is told.
+    Shared,
+    /// They are the embedded ones: such a row is for the embedded papers.
+    Embedded,
 }
 
 /// What `validate` computes: the numbers, and the curves behind the figures.
@@ -70,8 +80,8 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
             curves.push(curve);
             comparisons.push(comparison);
         }
-        if let Some(error) =
-            input.bounds.unused(&input.actuator.id, &posed(&input.dataset)).filter(|_| input.bounds_are_own)
+        if input.bounds_scope == BoundsScope::Own
+            && let Some(error) = input.bounds.unused(&input.actuator.id, &posed(&input.dataset))
         {
             return Err(error.into());
         }
@@ -107,7 +117,7 @@ fn posed(dataset: &PublishedDataset) -> Vec<(String, String)> {
 /// Rows of bounds that judged nothing in the whole run.
 fn unused_bounds(inputs: &[Input]) -> Vec<FindingRecord> {
     let mut texts = BTreeSet::new();
-    for input in inputs {
+    for input in inputs.iter().filter(|input| input.bounds_scope != BoundsScope::Embedded) {
         let same = inputs.iter().filter(|other| other.actuator.id == input.actuator.id);
         let all: Vec<(String, String)> = same.flat_map(|other| posed(&other.dataset)).collect();
         texts.extend(input.bounds.unused_rows(&input.actuator.id, &all));
@@ -116,12 +126,6 @@ fn unused_bounds(inputs: &[Input]) -> Vec<FindingRecord> {
     }
     texts.extend(inputs.iter().flat_map(|input| uncompared(&input.dataset)));
     notes(texts)
-}
-
-/// Actuators that bounds name and that are not here.
-fn strangers(bounds: &Bounds, here: &[&str]) -> Vec<String> {
-    let missing = bounds.actuators().filter(|id| !here.contains(id));
-    missing.map(|id| format!("bounds on {id} were not used: no such actuator here")).collect()
 }
 
 /// Tables and printed predictions that no comparison uses.
@@ -142,10 +146,6 @@ fn uncompared(dataset: &PublishedDataset) -> Vec<String> {
         );
     }
     texts
-}
-
-fn notes(texts: BTreeSet<String>) -> Vec<FindingRecord> {
-    texts.into_iter().map(|text| FindingRecord { severity: Severity::Note, text }).collect()
 }
 
 fn compare(input: &Input, spec: &ComparisonSpec) -> Result<(Comparison, Curve), AnalysisError> {
@@ -261,11 +261,12 @@ fn fit_column(
     table: &PublishedTable,
 ) -> Result<Calibrated, AnalysisError> {
     if let Some(name) = fit.parameters.iter().find(|name| !entry.parameters.iter().any(|p| p.name == name.as_str())) {
-        return Err(AnalysisError::Input {
-            file: format!("{}:{}", input.file, spec.line),
+        return Err(AnalysisError::UnknownParameter {
+            file: input.file.clone(),
+            line: spec.line,
+            form: entry.form.to_owned(),
             name: name.clone(),
-            expected: format!("a parameter of `{}`", entry.form),
-            found: suggestion(name, entry.parameters.iter().map(|p| p.name)),
+            next: suggestion(name, entry.parameters.iter().map(|p| p.name)),
         });
     }
     let column = column_of(fit, table);
@@ -410,123 +411,6 @@ fn measure_all(points: &[Point], n_without_prediction: usize) -> Vec<MetricRecor
         .collect()
 }
 
-/// Measured points at which the model fails a bound for want of a value. A value that is not a number leaves everything open,
-/// whatever else is missing; the zero-pressure metric asks the zero-pressure references alone.
-fn points_without_prediction(comparison: &Comparison, metric: Metric) -> usize {
-    if metric == Metric::ResidualAtZero || comparison.points.iter().any(|p| p.status == PointStatus::NotFinite) {
-        0
-    } else {
-        comparison.n_without_prediction
-    }
-}
-
-/// Judges a comparison by bounds, from its stored metrics alone.
-pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_judged: Option<&str>) {
-    comparison.judgements.clear();
-    comparison.counted = true;
-    if let Some(reason) = not_judged {
-        comparison.verdict = Verdict::Unjudged;
-        comparison.counted = false;
-        comparison.sentence = format!("not judged: {reason}");
-        return;
-    }
-    let own_data = format!("{}/{} measured", comparison.dataset, comparison.quantity.id);
-    if comparison.fit.as_ref().is_some_and(|fit| fit.fitted_on.contains(&own_data)) {
-        comparison.verdict = Verdict::Calibration;
-        comparison.counted = false;
-        comparison.sentence = String::from("fitted to these very data: calibration, not validation");
-        return;
-    }
-    for bound in bounds {
-        let measure = comparison.metric(bound.metric).map_or(Measure::Undefined("not stored"), MetricRecord::measure);
-        let judgement = judge(measure, &bound, points_without_prediction(comparison, bound.metric));
-        let sentence = sentence(comparison, &bound, judgement.why);
-        comparison.judgements.push(JudgementRecord { bound, verdict: judgement.verdict, sentence });
-    }
-    comparison.verdict = comparison.deciding().map_or(Verdict::Unjudged, |judgement| judgement.verdict);
-    comparison.sentence = comparison.deciding().map_or_else(
-        || "no bound for this comparison: write a row in bounds.toml to have it judged".to_owned(),
-        |judgement| judgement.sentence.clone(),
-    );
-}
-
-/// A metric's value in the unit it is shown in.
-pub fn metric_text(metric: Metric, value: f64, unit: Unit) -> String {
-    match metric {
-        Metric::R2 => format::fixed(value, 4),
-        metric if metric.is_ratio() => format::percent(value),
-        _ => format::quantity(value, unit, format::error_decimals(unit)),
-    }
-}
-
-/// A bound's limit in the unit it is shown in, without digits nobody wrote.
-pub fn limit_text(metric: Metric, max: f64, unit: Unit) -> String {
-    if metric.is_ratio() {
-        format!("{} %", format::short(100.0 * max))
-    } else {
-        format::with_unit(&format::short(unit.from_si(max)), unit)
-    }
-}
-
-/// Measured points, zero references apart: what a prediction is asked for.
-pub fn asked(comparison: &Comparison) -> usize {
-    let not_asked = |p: &&Point| matches!(p.status, PointStatus::ZeroReference | PointStatus::HoleInPrint);
-    comparison.points.len() - comparison.points.iter().filter(not_asked).count()
-}
-
-fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
-    let unit = comparison.quantity.unit();
-    let name = bound.metric.title();
-    let limit = limit_text(bound.metric, bound.max, unit);
-    let record = comparison.metric(bound.metric);
-    let value = match record.map(MetricRecord::measure) {
-        Some(Measure::Known(interval)) => {
-            let interval = interval.abs();
-            let text = |v| metric_text(bound.metric, v, unit);
-            if interval.half_width() > 0.0 {
-                format!(
-                    "{} (printed digits: {} to {})",
-                    text(interval.value),
-                    text(interval.lower),
-                    text(interval.upper)
-                )
-            } else {
-                text(interval.value)
-            }
-        }
-        Some(Measure::Shown(value)) => metric_text(bound.metric, value, unit),
-        Some(Measure::Undefined(_)) | None => "undefined".to_owned(),
-    };
-    let expected = if bound.expect == Expect::Exceed { ", as expected" } else { "" };
-    match why {
-        Why::Within if bound.expect == Expect::Exceed => {
-            format!("{name} is {value}, within the bound of {limit}, which it was expected to exceed")
-        }
-        Why::Within => format!("{name} is {value}, within the bound of {limit}"),
-        Why::Beyond => format!("{name} is {value}, beyond the bound of {limit}{expected}"),
-        Why::Straddles => format!(
-            "{name} is {value}, which reaches over the bound of {limit}; one more printed digit, or the raw data, could decide it"
-        ),
-        Why::TooUncertain => format!(
-            "{name} is {value}, known less sharply than the {} asked for; one more printed digit, or the raw data, could decide it",
-            limit_text(bound.metric, bound.max_uncertainty.unwrap_or(f64::NAN), unit)
-        ),
-        Why::NotFinite => {
-            let reason = record.and_then(|r| r.undefined.as_deref()).unwrap_or("it is not a finite number");
-            format!("{name} cannot be formed: {reason}; a finite value at every point could decide it")
-        }
-        Why::NoPrediction => {
-            let total = asked(comparison);
-            let first = comparison.points.iter().find(|p| p.status == PointStatus::NoPrediction);
-            let reason = first.and_then(|p| p.reason.as_deref()).unwrap_or("no value");
-            format!(
-                "no prediction at {} of {total} measured points{expected}: {reason}",
-                comparison.n_without_prediction
-            )
-        }
-    }
-}
-
 /// A remark with its placeholders filled in from computed and printed numbers.
 fn remark(
     input: &Input,
@@ -617,32 +501,4 @@ fn dataset_record(input: &Input) -> DatasetRecord {
         listings: listings.collect(),
         sources: own.chain([actuator]).chain(input.bounds_source.clone()).collect(),
     }
-}
-
-/// Judges stored results again, from their stored metrics: by their stored bounds, or by others.
-///
-/// # Errors
-/// [`AnalysisError::Ingest`] for a bound that measures something else than the quantity.
-pub fn rejudge(results: &mut Results, bounds: Option<&Bounds>) -> Result<(), AnalysisError> {
-    if let Some(bounds) = bounds {
-        let of = |id: &str| {
-            let mine = results.comparisons.iter().filter(|c| c.actuator == id);
-            mine.map(|c| (c.quantity.id.clone(), c.form.clone())).collect::<Vec<_>>()
-        };
-        let actuators: Vec<&str> = results.actuators.iter().map(|a| a.id.as_str()).collect();
-        let mut texts: BTreeSet<String> = actuators.iter().flat_map(|id| bounds.unused_rows(id, &of(id))).collect();
-        texts.extend(strangers(bounds, &actuators));
-        results.findings = notes(texts);
-    }
-    for comparison in results.comparisons.iter_mut().filter(|c| c.counted) {
-        let rows = match bounds {
-            Some(bounds) => {
-                let dimension = comparison.quantity.unit().dimension;
-                bounds.of(&comparison.actuator, &comparison.quantity.id, &comparison.form, dimension)?
-            }
-            None => comparison.judgements.iter().map(|j| j.bound.clone()).collect(),
-        };
-        judge_comparison(comparison, rows, None);
-    }
-    Ok(())
 }

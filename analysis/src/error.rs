@@ -30,6 +30,20 @@ pub enum AnalysisError {
         /// What to do.
         next: String,
     },
+    /// A fit names a parameter that the form does not have.
+    #[error("{file}:{line}: key `fit`\n  expected: parameters of `{form}`\n  found:    `{name}`\n  next:     {next}")]
+    UnknownParameter {
+        /// The dataset.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The form.
+        form: String,
+        /// The parameter named.
+        name: String,
+        /// What to do.
+        next: String,
+    },
     /// The actuator file lacks an input of a model, or holds it in another unit.
     #[error(
         "{file}: value `{name}`\n  expected: {expected}\n  found:    {found}\n  next:     correct the actuator file"

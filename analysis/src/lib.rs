@@ -15,6 +15,7 @@
 //! | [`bounds`] | acceptance limits, each with its reason |
 //! | [`verdict`] | `judge()`, the only place where a metric meets a bound |
 //! | [`compare`] | response and prediction to comparison |
+//! | [`gate`] | stored metrics and bounds to verdicts, and their sentences |
 //! | [`results`] | every number, computed once; the schema of `results.json` |
 //! | [`folder`] | the results folder on disk |
 //! | [`report`] | figures and pages, drawn from stored numbers only |
@@ -27,6 +28,7 @@ pub mod error;
 pub mod fit;
 pub mod folder;
 pub mod format;
+pub mod gate;
 pub mod metrics;
 pub mod prediction;
 pub mod report;

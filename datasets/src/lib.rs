@@ -76,6 +76,8 @@ pub struct Located {
     pub relative: String,
     /// Its content.
     pub bytes: Vec<u8>,
+    /// Whether it is one of the embedded files.
+    pub embedded: bool,
 }
 
 /// A dataset with its actuator and the bounds that apply to it.
@@ -252,14 +254,19 @@ impl Folder {
                 path.is_file().then(|| {
                     let relative = format!("{}{name}", "../".repeat(level));
                     let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
-                    Ok(Located { file: shown.join(&relative).display().to_string(), relative, bytes })
+                    Ok(Located { file: shown.join(&relative).display().to_string(), relative, bytes, embedded: false })
                 })
             })
         });
         let embedded = names.iter().filter_map(|name| {
             let bytes = embedded(name)?.to_vec();
             // As seen from `published/<id>/`, where the embedded files lie in the repository.
-            Some(Ok(Located { file: format!("embedded {name}"), relative: format!("../../{name}"), bytes }))
+            Some(Ok(Located {
+                file: format!("embedded {name}"),
+                relative: format!("../../{name}"),
+                bytes,
+                embedded: true,
+            }))
         });
         Ok(on_disk.chain(embedded))
     }

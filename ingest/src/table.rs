@@ -13,6 +13,7 @@ use crate::units::{Dimension, Unit};
 pub struct Table {
     file: String,
     names: Vec<String>,
+    names_line: usize,
     units: Vec<String>,
     units_line: usize,
     rows: Vec<Row>,
@@ -81,6 +82,7 @@ impl Table {
         let table = Self {
             file: file.to_owned(),
             names: names.cells,
+            names_line: names.line,
             units: units.cells,
             units_line: units.line,
             rows: rows.collect(),
@@ -128,7 +130,7 @@ impl Table {
 
     /// The error of a column that nobody declared.
     pub fn undeclared(&self, column: &str, declared: &[&str]) -> IngestError {
-        let place = Place::new(&self.file, Some(1), Some(format!("column `{column}`")));
+        let place = Place::new(&self.file, Some(self.names_line), Some(format!("column `{column}`")));
         let found = format!("`{column}`, which dataset.toml does not declare");
         malformed(place, &format!("columns {}", declared.join(", ")), found, "declare it or remove it")
     }
@@ -155,7 +157,7 @@ impl Table {
     /// else, or a cell is neither empty nor a number.
     pub fn column(&self, name: &str, dimension: Dimension) -> Result<Column, IngestError> {
         let Some(index) = self.names.iter().position(|n| n == name) else {
-            let place = Place::new(&self.file, Some(1), Some(format!("column `{name}`")));
+            let place = Place::new(&self.file, Some(self.names_line), Some(format!("column `{name}`")));
             let found = format!("columns {}", self.names.join(", "));
             let next = suggestion(name, self.names.iter().map(String::as_str));
             return Err(malformed(place, &format!("a column named `{name}`"), found, &next));
@@ -253,7 +255,8 @@ mod tests {
 
     #[test]
     fn a_missing_column_names_the_nearest() {
-        let message = error("p,diametre\nkPa,mm\n0,30\n", "diameter");
+        let message = error("# table 1\np,diametre\nkPa,mm\n0,30\n", "diameter");
+        assert!(message.starts_with("t.csv:2: column"), "{message}");
         assert!(message.contains("did you mean `diametre`?"), "{message}");
     }
 

@@ -2,7 +2,7 @@
 
 pub use super::view::{DASH, DecisionView, NotedText, excluded, expectation, metric_cell, relative_metric};
 
-use crate::compare::limit_text;
+use crate::gate::limit_text;
 use crate::results::{Comparison, Results};
 
 /// The decision over all comparisons, in words.

@@ -5,8 +5,8 @@ use serde::Serialize;
 use pneuval_ingest::units::Unit;
 
 use super::figures::Figure;
-use crate::compare::{asked, metric_text};
 use crate::format;
+use crate::gate::{asked, metric_text};
 use crate::metrics::Metric;
 use crate::results::{ActuatorRecord, Comparison, Decision, PointStatus, Results, Standing};
 use crate::verdict::Verdict;
