@@ -188,3 +188,27 @@ fn flags_are_checked_and_mistyped_words_get_a_suggestion() {
         assert!(said.out.is_empty());
     }
 }
+
+#[test]
+fn an_input_in_the_wrong_unit_or_missing_is_named_by_line_and_key() {
+    let lab = Lab::new();
+    let text = std::fs::read_to_string(common::datasets().join("actuators/internal-support.toml")).unwrap();
+    for file in ["dataset.toml", "outer_diameter.csv"] {
+        let text = std::fs::read_to_string(common::datasets().join("published/internal-support").join(file)).unwrap();
+        lab.write(file, &text);
+    }
+    for (from, to, words) in [
+        (
+            "outer_diameter = { value = 30.0, unit = \"mm\"",
+            "outer_diameter = { value = 30.0, unit = \"MPa\"",
+            ["actuator.toml:11: key `outer_diameter`", "unit `MPa`"],
+        ),
+        ("C20 = ", "C2O = ", ["actuator.toml: key `C20`", "nothing"]),
+    ] {
+        lab.write("actuator.toml", &text.replacen(from, to, 1));
+        let said = lab.validate();
+        assert_eq!(said.code, 2);
+        assert!(words.iter().all(|w| said.err.contains(w)), "{}", said.err);
+        assert!(!lab.path().join("report").exists());
+    }
+}

@@ -45,9 +45,7 @@ pub enum AnalysisError {
         next: String,
     },
     /// The actuator file lacks an input of a model, or holds it in another unit.
-    #[error(
-        "{file}: value `{name}`\n  expected: {expected}\n  found:    {found}\n  next:     correct the actuator file"
-    )]
+    #[error("{file}: key `{name}`\n  expected: {expected}\n  found:    {found}\n  next:     correct the actuator file")]
     Input {
         /// The actuator file.
         file: String,

@@ -140,15 +140,16 @@ pub fn inputs(entry: &Entry, actuator: &Actuator) -> Result<(Inputs, Vec<String>
     let mut inputs = Inputs::default();
     let mut rests_on = Vec::new();
     for parameter in entry.parameters {
-        let error = |found: String| AnalysisError::Input {
-            file: actuator.file.clone(),
+        let error = |file: String, found: String| AnalysisError::Input {
+            file,
             name: parameter.name.to_owned(),
             expected: format!("{}, in a unit of {}", parameter.meaning, parameter.si_unit),
             found,
         };
-        let value = actuator.values.get(parameter.name).ok_or_else(|| error("nothing".to_owned()))?;
+        let file = || actuator.file.clone();
+        let value = actuator.values.get(parameter.name).ok_or_else(|| error(file(), "nothing".to_owned()))?;
         if value.unit.dimension.si_symbol() != parameter.si_unit {
-            return Err(error(format!("unit `{}`", value.unit.symbol)));
+            return Err(error(format!("{}:{}", file(), value.line), format!("unit `{}`", value.unit.symbol)));
         }
         if matches!(value.origin, Origin::Assumed | Origin::Calibrated) {
             rests_on.push(format!("{} {}", value.origin.name(), parameter.name));

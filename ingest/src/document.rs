@@ -168,6 +168,8 @@ pub struct Value {
     pub origin: Origin,
     /// Paper, table or equation.
     pub place: Option<String>,
+    /// Line of the file, for errors of whoever knows what it should measure.
+    pub line: usize,
 }
 
 impl RawValue {
@@ -211,7 +213,8 @@ impl RawValue {
                 "add `place`, or say source = \"assumed\"",
             ));
         }
-        Ok(Value { si: unit.to_si(value), std_si, unit, origin: self.source, place: self.place.clone() })
+        let line = document.line_of(self.value.span().start);
+        Ok(Value { si: unit.to_si(value), std_si, unit, origin: self.source, place: self.place.clone(), line })
     }
 
     /// The value, which must measure `dimension`.
