@@ -1,23 +1,21 @@
 //! Results go to standard output through a writer whose errors are seen; diagnostics go to standard error.
 
-use std::io::Write;
+use std::io::{self, Write};
 
 use serde::Serialize;
 
 use pneuval_analysis::results::Results;
 
-use crate::exit::Failure;
-
 /// Prints text to standard output.
 ///
 /// # Errors
-/// [`Failure::Output`] if standard output cannot be written; a closed pipe is no error.
-pub fn print(text: &str) -> Result<(), Failure> {
+/// If standard output cannot be written; a closed pipe is no error.
+pub fn print(text: &str) -> io::Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(visible(text).as_bytes()).and_then(|()| out.flush()) {
         // A reader that has seen enough (`| head`) is no error, and does not change what the exit code says.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => Ok(written?),
+        written => written,
     }
 }
 
@@ -25,8 +23,8 @@ pub fn print(text: &str) -> Result<(), Failure> {
 ///
 /// # Errors
 /// As [`print()`].
-pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(value).map_err(std::io::Error::from)?;
+pub fn print_json(value: &impl Serialize) -> io::Result<()> {
+    let text = serde_json::to_string_pretty(value).map_err(io::Error::from)?;
     print(&(text + "\n"))
 }
 

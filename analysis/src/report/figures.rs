@@ -5,7 +5,7 @@ use std::ops::Range;
 use pneuval_ingest::units::{Dimension, Unit};
 
 use super::chart::{Chart, Ink, Key, Layer, Shape, WIDTH_PX};
-use super::view::{by_measurement, measurement_title};
+use super::group::{by_measurement, measurement_title};
 use crate::AnalysisError;
 use crate::format;
 use crate::gate::{limit_text, metric_text};

@@ -2,6 +2,7 @@
 
 mod chart;
 mod figures;
+mod group;
 mod page;
 pub mod text;
 mod view;

@@ -5,10 +5,11 @@ use serde::Serialize;
 use pneuval_ingest::units::Unit;
 
 use super::figures::Figure;
+use super::group::{by_measurement, measurement_title};
 use crate::format;
-use crate::gate::{asked, metric_text};
+use crate::gate::{asked, limit_text, metric_text};
 use crate::metrics::Metric;
-use crate::results::{ActuatorRecord, Comparison, Decision, PointStatus, Results, Standing};
+use crate::results::{ActuatorRecord, Comparison, Decision, JudgementRecord, PointStatus, Results, Standing};
 use crate::verdict::Verdict;
 
 /// The head of every page.
@@ -232,7 +233,7 @@ fn row(results: &Results, c: &Comparison) -> Row {
         max: metric_cell(c, Metric::MaxAbsError, unit),
         relative: metric_cell(c, relative_metric, unit),
         relative_of,
-        bound: super::text::bounds(c),
+        bound: bounds(c),
         verdict: c.verdict.name(),
         tone: tone(c),
         expectation: expectation(c),
@@ -371,25 +372,6 @@ pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figur
         inputs: record.inputs.iter().map(input_view).collect(),
         stated: record.datasets.iter().flat_map(|d| &d.stated).map(stated_view).collect(),
     }
-}
-
-/// Comparisons grouped by the measurement they share: one quantity of one dataset.
-pub fn by_measurement<'a>(comparisons: impl Iterator<Item = &'a Comparison>) -> Vec<Vec<&'a Comparison>> {
-    let mut groups: Vec<Vec<&Comparison>> = Vec::new();
-    for c in comparisons {
-        let same =
-            |g: &&mut Vec<&Comparison>| g.iter().all(|o| o.dataset == c.dataset && o.quantity.id == c.quantity.id);
-        match groups.iter_mut().find(same) {
-            Some(group) => group.push(c),
-            None => groups.push(vec![c]),
-        }
-    }
-    groups
-}
-
-/// The name of what was measured; with its dataset where that is not the actuator's own.
-pub fn measurement_title(c: &Comparison) -> String {
-    if c.dataset == c.actuator { c.quantity.title.clone() } else { format!("{} ({})", c.quantity.title, c.dataset) }
 }
 
 fn figure_view(figure: &Figure) -> FigureView {
@@ -540,4 +522,13 @@ fn stated_view(stated: &crate::results::StatedRecord) -> StatedView {
         |u| format::with_unit(&format::short(u.from_si(stated.value_si)), u),
     );
     StatedView { title: stated.title.clone(), value, place: stated.place.clone().unwrap_or_default() }
+}
+
+/// The bounds of a comparison: `max |e| ≤ 2.5 mm`.
+pub fn bounds(comparison: &Comparison) -> String {
+    let unit = comparison.quantity.unit();
+    let one =
+        |j: &JudgementRecord| format!("{} ≤ {}", j.bound.metric.title(), limit_text(j.bound.metric, j.bound.max, unit));
+    let all: Vec<String> = comparison.judgements.iter().map(one).collect();
+    if all.is_empty() { DASH.to_owned() } else { all.join("; ") }
 }
