@@ -198,11 +198,15 @@ impl Bounds {
             .collect()
     }
 
+    /// Rows for an actuator that meet none of its comparisons (quantity and form).
+    fn unmet<'a>(&'a self, actuator: &'a str, comparisons: &'a [(String, String)]) -> impl Iterator<Item = &'a Row> {
+        let met = move |row: &Row| comparisons.iter().any(|(q, f)| row.is_for(actuator, q, f));
+        self.rows.iter().filter(move |row| row.actuator == actuator && !met(row))
+    }
+
     /// The first row for an actuator that meets none of its comparisons (quantity and form), as an error that names the nearest.
     pub fn unused(&self, actuator: &str, comparisons: &[(String, String)]) -> Option<IngestError> {
-        let unused =
-            |row: &&Row| row.actuator == actuator && !comparisons.iter().any(|(q, f)| row.is_for(actuator, q, f));
-        let row = self.rows.iter().find(unused)?;
+        let row = self.unmet(actuator, comparisons).next()?;
         let known_quantity = comparisons.iter().any(|(q, _)| *q == row.quantity);
         let (key, word, candidates): (_, _, Vec<&str>) = if known_quantity {
             let forms = comparisons.iter().filter(|(q, _)| *q == row.quantity).map(|(_, f)| f.as_str());
@@ -222,9 +226,7 @@ impl Bounds {
 
     /// Rows for an actuator that meet none of its comparisons, in words.
     pub fn unused_rows(&self, actuator: &str, comparisons: &[(String, String)]) -> Vec<String> {
-        self.rows
-            .iter()
-            .filter(|row| row.actuator == actuator && !comparisons.iter().any(|(q, f)| row.is_for(actuator, q, f)))
+        self.unmet(actuator, comparisons)
             .map(|row| {
                 format!(
                     "the bound on {} of {} {} {} met no comparison",
