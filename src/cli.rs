@@ -27,6 +27,8 @@ pub struct Cli {
 pub enum Command {
     /// Compare every prediction with its measurement, judge it, write a report
     Validate(Validate),
+    /// Look at the logs in a folder and write a first session.toml
+    Init(Init),
     /// Judge stored results again; the exit code is the verdict
     Gate(Gate),
     /// Draw the report again from stored numbers
@@ -35,6 +37,8 @@ pub enum Command {
     Predict(Predict),
     /// List the model catalogue: equations, sources, misprints, check values
     Models(Models),
+    /// List the material laws: energies, stresses, constants, check values; and the papers' constants in them
+    Materials(Materials),
 }
 
 /// Compare every prediction with its measurement, judge it, write a report.
@@ -54,10 +58,29 @@ pub struct Validate {
     /// Bounds to judge by, instead of those found beside the data
     #[arg(long, value_name = "FILE")]
     pub bounds: Option<PathBuf>,
+    /// Write pages without figures: faster, for many comparisons
+    #[arg(long)]
+    pub no_figures: bool,
     /// Exit 0 whatever the verdicts; page one says so
     #[arg(long)]
     pub report_only: bool,
     /// Print results.json instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Look at the logs in a folder and write a first session.toml, with rig.toml, actuator.toml and bounds.toml to fill in.
+///
+/// Delimiter, header, units and clock are found out; what is guessed is marked GUESS. Only the actuator's id must be filled in.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  pneuval init monday\n  pneuval init monday --actuator my-finger")]
+pub struct Init {
+    /// The folder with the logs
+    pub folder: PathBuf,
+    /// The actuator's id, embedded or of your own
+    #[arg(long, value_name = "ID")]
+    pub actuator: Option<String>,
+    /// Print what was done as JSON
     #[arg(long)]
     pub json: bool,
 }
@@ -93,7 +116,7 @@ pub struct Report {
 /// Print what the models predict over pressure.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  pneuval predict internal-support\n  pneuval predict dual-chamber-finger --quantity tip-angle --form printed\n  pneuval predict dual-chamber-finger --quantity total-angle --at \"40 kPa, 50 kPa\""
+    after_help = "Examples:\n  pneuval predict internal-support\n  pneuval predict dual-chamber-finger --quantity tip-angle --form printed\n  pneuval predict dual-chamber-finger --quantity total-angle --at \"40 kPa, 50 kPa\"\n  pneuval predict fruit-finger --quantity tip-force --with \"held_angle = 30 deg\""
 )]
 pub struct Predict {
     /// Actuator id: embedded, or of an actuator.toml here or above
@@ -107,6 +130,9 @@ pub struct Predict {
     /// Gauge pressures with unit, one per chamber; may be repeated. Default: zero to full pressure
     #[arg(long, value_name = "PRESSURE", allow_hyphen_values = true)]
     pub at: Vec<String>,
+    /// What is set beside the pressure, with unit; may be repeated
+    #[arg(long, value_name = "NAME = VALUE", allow_hyphen_values = true)]
+    pub with: Vec<String>,
     /// Steps from zero to full pressure
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "at")]
     pub steps: u32,
@@ -122,6 +148,17 @@ pub struct Models {
     /// One actuator type only
     pub actuator: Option<String>,
     /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// List the material laws: energies, stresses, constants, check values; and the papers' constants in them.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  pneuval materials\n  pneuval materials yeoh --json")]
+pub struct Materials {
+    /// One law only
+    pub law: Option<String>,
+    /// Print JSON, in SI units
     #[arg(long)]
     pub json: bool,
 }

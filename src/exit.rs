@@ -30,7 +30,7 @@ pub enum Outcome {
     Open,
 }
 
-/// Why a command could not do its work. All of it is the user's to mend: exit 2.
+/// Why a command could not do its work: the user's to mend, exit 2, or what an instrument wrote, exit 4.
 #[derive(Debug, Error)]
 pub enum Failure {
     /// A dataset, actuator or path.
@@ -59,6 +59,17 @@ pub enum Failure {
     Output(#[from] std::io::Error),
 }
 
+impl Failure {
+    fn code(&self) -> u8 {
+        match self {
+            Self::Ingest(IngestError::Unusable { .. })
+            | Self::Dataset(DatasetError::Ingest(IngestError::Unusable { .. }))
+            | Self::Analysis(AnalysisError::Ingest(IngestError::Unusable { .. })) => 4,
+            _ => 2,
+        }
+    }
+}
+
 /// The outcome that results stand for.
 pub fn of_results(results: &Results) -> Outcome {
     match results.decision() {
@@ -77,7 +88,7 @@ pub fn finish(outcome: Result<Outcome, Failure>) -> ExitCode {
         Ok(Outcome::Open) => ExitCode::from(3),
         Err(failure) => {
             output::tell(&format!("error: {failure}"));
-            ExitCode::from(2)
+            ExitCode::from(failure.code())
         }
     }
 }

@@ -3,6 +3,8 @@
 mod cli;
 mod exit;
 mod gate;
+mod init;
+mod materials;
 mod models;
 mod output;
 mod predict;
@@ -19,10 +21,12 @@ use cli::{Cli, Command};
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Validate(arguments) => validate::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
         Command::Gate(arguments) => gate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Models(arguments) => models::run(&arguments),
+        Command::Materials(arguments) => materials::run(&arguments),
     };
     exit::finish(outcome)
 }

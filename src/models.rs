@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use pneuval_ingest::error::suggestion;
-use pneuval_models::catalogue::{self, Entry};
+use pneuval_models::catalogue::{self, Check, Entry, Unevaluable};
 
 use crate::cli::Models;
 use crate::exit::{Failure, Outcome};
@@ -23,7 +23,11 @@ struct Row {
     range: &'static str,
     misprints: &'static [&'static str],
     chambers: &'static [&'static str],
+    /// Names of the components; empty for a scalar.
+    components: &'static [&'static str],
     parameters: Vec<ParameterRow>,
+    /// Inputs beside the pressure at each point of a table.
+    conditions: Vec<ParameterRow>,
     checks: Vec<CheckRow>,
 }
 
@@ -34,14 +38,34 @@ struct ParameterRow {
     meaning: &'static str,
 }
 
+/// A check value and what it comes out as here and now.
 #[derive(Serialize)]
-struct CheckRow {
-    statement: &'static str,
-    expected: f64,
-    tolerance: f64,
-    unit: &'static str,
-    computed: Option<f64>,
-    holds: bool,
+pub struct CheckRow {
+    pub statement: &'static str,
+    pub expected: f64,
+    pub tolerance: f64,
+    pub unit: &'static str,
+    pub computed: Option<f64>,
+    pub holds: bool,
+}
+
+impl CheckRow {
+    pub fn of(check: &Check) -> Self {
+        let computed = (check.compute)().ok();
+        Self {
+            statement: check.statement,
+            expected: check.expected,
+            tolerance: check.tolerance,
+            unit: check.unit,
+            computed,
+            holds: computed.is_some_and(|value| (value - check.expected).abs() <= check.tolerance),
+        }
+    }
+
+    /// Whether it holds, in a word.
+    pub fn mark(&self) -> &'static str {
+        if self.holds { "holds" } else { "FAILS" }
+    }
 }
 
 pub fn run(arguments: &Models) -> Result<Outcome, Failure> {
@@ -61,24 +85,14 @@ pub fn run(arguments: &Models) -> Result<Outcome, Failure> {
     if arguments.json {
         output::print_json(&rows)?;
     } else {
-        output::print(&text(&rows))?;
+        let wanted = |u: &&Unevaluable| arguments.actuator.as_ref().is_none_or(|actuator| u.actuator == actuator);
+        let unevaluable: String = catalogue::unevaluable().iter().filter(wanted).map(reasons).collect();
+        output::print(&(text(&rows) + &unevaluable))?;
     }
     Ok(Outcome::Expected)
 }
 
 fn row(entry: &'static Entry) -> Row {
-    let check = |check: &catalogue::Check| {
-        let computed = (check.compute)().ok();
-        let holds = computed.is_some_and(|value| (value - check.expected).abs() <= check.tolerance);
-        CheckRow {
-            statement: check.statement,
-            expected: check.expected,
-            tolerance: check.tolerance,
-            unit: check.unit,
-            computed,
-            holds,
-        }
-    };
     let parameter = |p: &catalogue::Parameter| ParameterRow { name: p.name, si_unit: p.si_unit, meaning: p.meaning };
     Row {
         actuator: entry.actuator,
@@ -91,8 +105,10 @@ fn row(entry: &'static Entry) -> Row {
         range: entry.range,
         misprints: entry.misprints,
         chambers: entry.chambers,
+        components: entry.components,
         parameters: entry.parameters.iter().map(parameter).collect(),
-        checks: entry.checks.iter().map(check).collect(),
+        conditions: entry.conditions.iter().map(parameter).collect(),
+        checks: entry.checks.iter().map(CheckRow::of).collect(),
     }
 }
 
@@ -108,18 +124,39 @@ fn text(rows: &[Row]) -> String {
             let label = if row.kind == "printed" { "misprint" } else { "note" };
             let _ = writeln!(out, "  {label:<9} {misprint}");
         }
-        let names: Vec<&str> = row.parameters.iter().map(|p| p.name).collect();
-        let _ = writeln!(out, "  inputs    {}", names.join(", "));
+        for (label, names) in [
+            ("values", row.components.to_vec()),
+            ("inputs", row.parameters.iter().map(|p| p.name).collect()),
+            ("per point", row.conditions.iter().map(|p| p.name).collect()),
+        ] {
+            if !names.is_empty() {
+                let _ = writeln!(out, "  {label:<9} {}", names.join(", "));
+            }
+        }
         for check in &row.checks {
             let computed = check.computed.map_or("no value".to_owned(), |value| format!("{value}"));
-            let mark = if check.holds { "holds" } else { "FAILS" };
             let _ = writeln!(
                 out,
-                "  check     {}: {} ± {:e} {}; computed {computed}: {mark}",
-                check.statement, check.expected, check.tolerance, check.unit
+                "  check     {}: {} ± {:e} {}; computed {computed}: {}",
+                check.statement,
+                check.expected,
+                check.tolerance,
+                check.unit,
+                check.mark()
             );
         }
         out.push('\n');
     }
     out
+}
+
+/// Printed equations without a form, and why.
+fn reasons(unevaluable: &Unevaluable) -> String {
+    let mut out = format!("{} / {}  (not evaluable)\n", unevaluable.actuator, unevaluable.equations);
+    // Writing to a String cannot fail.
+    let _ = writeln!(out, "  source    {}", unevaluable.source);
+    for why in unevaluable.why {
+        let _ = writeln!(out, "  why       {why}");
+    }
+    out + "\n"
 }

@@ -33,10 +33,12 @@ pub fn tell(message: &str) {
     let _ = writeln!(std::io::stderr(), "{}", visible(message));
 }
 
-/// Tells every finding.
+/// Tells every finding, and what the losses mean.
 pub fn tell_findings(results: &Results) {
     for finding in &results.findings {
-        tell(&format!("note: {}", finding.text));
+        let file = finding.file.as_ref().map_or(String::new(), |file| format!("{file}: "));
+        let place = finding.dataset.as_ref().map_or(String::new(), |id| format!("{id}, {file}"));
+        tell(&format!("{}: {place}{}", finding.severity.name(), finding.text));
     }
 }
 

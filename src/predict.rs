@@ -32,6 +32,8 @@ struct Block {
 struct Form {
     form: &'static str,
     kind: &'static str,
+    /// Which component, for a quantity of several.
+    component: Option<&'static str>,
     predicted_si: Vec<Option<f64>>,
     /// Why a value is missing, for the first pressure where it is.
     no_solution: Option<String>,
@@ -42,6 +44,8 @@ pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
     let actuator = pneuval_datasets::find_actuator(&arguments.actuator, Path::new("."))?;
     let entries = select(arguments, &actuator)?;
     let asked = arguments.at.iter().map(|text| pressures(text)).collect::<Result<Vec<_>, Failure>>()?;
+    let conditions = arguments.with.iter().map(|text| condition(text)).collect::<Result<Vec<_>, Failure>>()?;
+    check_conditions(&conditions, &entries)?;
     let mut blocks: Vec<Block> = Vec::new();
     for entry in entries {
         if blocks.last().is_none_or(|b| b.quantity != entry.quantity) {
@@ -55,8 +59,7 @@ pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
             });
         }
         if let Some(block) = blocks.last_mut() {
-            let form = predict(entry, &actuator, &block.pressures_gauge_pa)?;
-            block.forms.push(form);
+            block.forms.extend(predict(entry, &actuator, &block.pressures_gauge_pa, &conditions)?);
         }
     }
     if arguments.json {
@@ -115,13 +118,8 @@ fn pressures(text: &str) -> Result<Vec<f64>, Failure> {
     text.split(',')
         .map(|part| {
             let part = part.trim();
-            // The longest beginning that is a number is the number: `1e3 Pa` has an exponent, `1 Pa` has none.
-            let ends = part.char_indices().map(|(i, _)| i).chain([part.len()]).rev();
-            let split = ends.map(|i| part.split_at(i)).find_map(|(digits, symbol)| {
-                let value = number::parse(digits.trim_end()).map(|(value, _)| value)?;
-                value.is_finite().then_some((value, symbol.trim()))
-            });
-            let (value, symbol) = split.ok_or_else(|| wrong(format!("`{part}` does not start with a number")))?;
+            let (value, symbol) =
+                amount(part).ok_or_else(|| wrong(format!("`{part}` does not start with a number")))?;
             match Unit::parse(symbol) {
                 Some(unit) if unit.dimension == Dimension::Pressure => Ok(unit.to_si(value)),
                 Some(_) => Err(wrong(format!("`{symbol}` is not a pressure"))),
@@ -130,6 +128,55 @@ fn pressures(text: &str) -> Result<Vec<f64>, Failure> {
             }
         })
         .collect()
+}
+
+/// A number and what stands behind it. The longest beginning that is a number is the number: `1e3 Pa` has an exponent, `1 Pa` has
+/// none.
+fn amount(text: &str) -> Option<(f64, &str)> {
+    let ends = text.char_indices().map(|(i, _)| i).chain([text.len()]).rev();
+    ends.map(|i| text.split_at(i)).find_map(|(digits, symbol)| {
+        let value = number::parse(digits.trim_end()).map(|(value, _)| value)?;
+        value.is_finite().then_some((value, symbol.trim()))
+    })
+}
+
+/// `held_angle = 30 deg`: a condition in SI units, with its unit.
+fn condition(text: &str) -> Result<(String, f64, Unit), Failure> {
+    let wrong = |next: String| Failure::Flag {
+        flag: "--with",
+        found: format!("`{text}`"),
+        expected: "a condition with unit, such as \"held_angle = 30 deg\"".to_owned(),
+        next,
+    };
+    let (name, value) = text.split_once('=').ok_or_else(|| wrong("write NAME = VALUE".to_owned()))?;
+    let value = value.trim();
+    let (value, symbol) = amount(value).ok_or_else(|| wrong(format!("`{value}` does not start with a number")))?;
+    if symbol.is_empty() {
+        return Err(wrong("write the unit behind the number".to_owned()));
+    }
+    let unit = Unit::parse(symbol).ok_or_else(|| wrong(format!("unit `{symbol}`: {}", Unit::suggestion(symbol))))?;
+    Ok((name.trim().to_owned(), unit.to_si(value), unit))
+}
+
+/// Every condition is one that a form asks for, in its unit, and given once.
+fn check_conditions(conditions: &[(String, f64, Unit)], entries: &[&Entry]) -> Result<(), Failure> {
+    let known = || entries.iter().flat_map(|e| e.conditions);
+    for (i, (name, _, unit)) in conditions.iter().enumerate() {
+        let Some(parameter) = known().find(|c| c.name == name) else {
+            return Err(flag("--with", name, &known().map(|c| c.name).collect::<Vec<_>>()));
+        };
+        let wrong = |found: String, expected: String, next: &str| {
+            Err(Failure::Flag { flag: "--with", found, expected, next: next.to_owned() })
+        };
+        if unit.dimension.si_symbol() != parameter.si_unit {
+            let expected = format!("{}, in a unit of {}", parameter.meaning, parameter.si_unit);
+            return wrong(format!("`{name}` in `{}`", unit.symbol), expected, "correct the unit");
+        }
+        if conditions[..i].iter().any(|(other, ..)| other == name) {
+            return wrong(format!("`{name}` twice"), "every condition once".to_owned(), "remove one");
+        }
+    }
+    Ok(())
 }
 
 /// The pressures of a quantity: those asked for, or steps from zero to full.
@@ -163,22 +210,46 @@ fn points(
     Ok((0..=arguments.steps).map(|i| full.iter().map(|p| p * f64::from(i) / steps).collect()).collect())
 }
 
-fn predict(entry: &'static Entry, actuator: &Actuator, pressures: &[Vec<f64>]) -> Result<Form, Failure> {
-    let (inputs, rests_on) = prediction::inputs(entry, actuator)?;
-    let model = prediction::build(entry, &inputs, actuator)?;
-    let mut no_solution = None;
-    let predicted_si = pressures
-        .iter()
-        .map(|p| model.predict(p).map_err(|error| no_solution.get_or_insert_with(|| error.to_string()).clone()).ok())
-        .collect();
-    Ok(Form { form: entry.form, kind: entry.kind.name(), predicted_si, no_solution, rests_on })
+/// The values of a form, one [`Form`] per component.
+fn predict(
+    entry: &'static Entry,
+    actuator: &Actuator,
+    pressures: &[Vec<f64>],
+    conditions: &[(String, f64, Unit)],
+) -> Result<Vec<Form>, Failure> {
+    let (mut inputs, rests_on) = prediction::inputs(entry, actuator)?;
+    let mut missing = Vec::new();
+    for parameter in entry.conditions {
+        match conditions.iter().find(|(name, ..)| name == parameter.name) {
+            Some((_, value, _)) => inputs.set(parameter.name, *value),
+            None => missing.push(parameter.name),
+        }
+    }
+    let values: Vec<Result<Vec<f64>, String>> = if missing.is_empty() {
+        let model = prediction::build(entry, &inputs, actuator)?;
+        pressures.iter().map(|p| model.predict(p).map_err(|error| error.to_string())).collect()
+    } else {
+        let why = format!("needs {}: give it with --with \"{} = …\"", missing.join(", "), missing[0]);
+        pressures.iter().map(|_| Err(why.clone())).collect()
+    };
+    let no_solution = values.iter().find_map(|v| v.as_ref().err().cloned());
+    let components = if entry.components.is_empty() { vec![None] } else { entry.components.iter().map(Some).collect() };
+    let of = |(index, component): (usize, Option<&&'static str>)| Form {
+        form: entry.form,
+        kind: entry.kind.name(),
+        component: component.copied(),
+        predicted_si: values.iter().map(|v| v.as_ref().ok().and_then(|v| v.get(index).copied())).collect(),
+        no_solution: no_solution.clone(),
+        rests_on: rests_on.clone(),
+    };
+    Ok(components.into_iter().enumerate().map(of).collect())
 }
 
 fn text(block: &Block) -> String {
     let unit = Unit::parse(block.si_unit).map_or(Dimension::Ratio, |u| u.dimension).display_unit();
     let kilopascal = Dimension::Pressure.display_unit();
     let mut headers: Vec<String> = block.chambers.iter().map(|c| format!("{c} / kPa")).collect();
-    headers.extend(block.forms.iter().map(|f| f.form.to_owned()));
+    headers.extend(block.forms.iter().map(|f| f.component.map_or(f.form.to_owned(), |c| format!("{} {c}", f.form))));
     let right: Vec<usize> = (0..headers.len()).collect();
     let mut rows = table::plain(&headers, &right);
     for (i, pressures) in block.pressures_gauge_pa.iter().enumerate() {
@@ -195,7 +266,9 @@ fn text(block: &Block) -> String {
         if let Some(why) = &form.no_solution {
             reasons.insert(form.form, why);
         }
-        if !form.rests_on.is_empty() {
+        // Said once, although a form of several components has a column for each.
+        let first = block.forms.iter().find(|f| f.form == form.form).is_some_and(|f| f.component == form.component);
+        if first && !form.rests_on.is_empty() {
             // Writing to a String cannot fail.
             let _ = writeln!(out, "{}: rests on {}", form.form, form.rests_on.join(", "));
         }

@@ -16,10 +16,7 @@ pub fn render(results: &Results) -> String {
     for comparison in &results.comparisons {
         table.add_row(row(comparison));
     }
-    // On a terminal the table keeps to its width; in a pipe or a file every row is one line.
-    if let Some((Width(width), _)) = terminal_size_of(std::io::stdout()) {
-        table.set_width(width).set_content_arrangement(ContentArrangement::Dynamic);
-    }
+    fit(&mut table);
     let mut out = format!("{}\n\n", table.trim_fmt());
     for comparison in results.comparisons.iter().filter(|c| !matches!(c.standing(), Standing::AsExpected)) {
         // Writing to a String cannot fail.
@@ -47,7 +44,12 @@ fn row(comparison: &Comparison) -> Vec<String> {
         },
         comparison.quantity.id.clone(),
         comparison.form.clone(),
-        format!("{}/{}", comparison.n_used, comparison.n_available),
+        // The number of points behind a stated error is not printed.
+        if comparison.metrics_printed {
+            text::DASH.to_owned()
+        } else {
+            format!("{}/{}", comparison.n_used, comparison.n_available)
+        },
         cell(Metric::Rmse),
         cell(Metric::MaxAbsError),
         if relative == text::DASH { relative } else { format!("{relative} {of}") },
@@ -58,6 +60,13 @@ fn row(comparison: &Comparison) -> Vec<String> {
             format!("{}, {expectation}", comparison.verdict.name())
         },
     ]
+}
+
+/// On a terminal a table keeps to its width; in a pipe or a file every row is one line.
+pub fn fit(table: &mut Table) {
+    if let Some((Width(width), _)) = terminal_size_of(std::io::stdout()) {
+        table.set_width(width).set_content_arrangement(ContentArrangement::Dynamic);
+    }
 }
 
 /// A table without lines, some columns set to the right.

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use pneuval_analysis::bounds::Bounds;
 use pneuval_analysis::compare::{self, BoundsScope, Input};
-use pneuval_analysis::folder;
+use pneuval_analysis::folder::{self, Drawing};
 use pneuval_analysis::results::SourceFile;
-use pneuval_datasets::Found;
+use pneuval_analysis::study::Data;
+use pneuval_datasets::{Found, FoundData};
 use pneuval_ingest::{digest, limits};
 
 use crate::cli::Validate;
@@ -18,7 +19,8 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
     let found = pneuval_datasets::find(&arguments.paths)?;
     let inputs = found.into_iter().map(|f| input(f, named.as_ref())).collect::<Result<Vec<Input>, Failure>>()?;
     let evaluation = compare::validate(&inputs, arguments.report_only)?;
-    let results = folder::publish(&arguments.out, evaluation)?;
+    let drawing = if arguments.no_figures { Drawing::None } else { Drawing::Figures };
+    let results = folder::publish(&arguments.out, evaluation, drawing)?;
     output::tell_findings(&results);
     if arguments.json {
         output::print(&folder::to_json(&results)?)?;
@@ -54,7 +56,10 @@ fn input(found: Found, named: Option<&(Bounds, SourceFile)>) -> Result<Input, Fa
     };
     Ok(Input {
         file: found.file,
-        dataset: found.dataset,
+        data: match found.data {
+            FoundData::Published(dataset) => Data::Published(dataset),
+            FoundData::Session(session) => Data::Session(session),
+        },
         actuator: found.actuator,
         actuator_path: found.actuator_file,
         bounds,

@@ -21,6 +21,7 @@ fn every_help_has_an_example() {
         &["report", "--help"],
         &["predict", "--help"],
         &["models", "--help"],
+        &["materials", "--help"],
     ] {
         let said = pneuval(here, command);
         assert_eq!(said.code, 0);
@@ -58,6 +59,57 @@ fn models_lists_every_form_and_every_check_holds() {
     assert!(rows.len() >= 15 && checks >= 30, "{} forms, {checks} checks", rows.len());
     let text = pneuval(Path::new("."), &["models"]).out;
     assert!(text.contains("misprint") && !text.contains("FAILS"));
+    assert!(text.contains("wave-finger / Eq. 11 to 21 (pressure from bending angle)  (not evaluable)"));
+}
+
+#[test]
+fn materials_lists_every_law_and_the_papers_constants_in_them() {
+    let said = pneuval(Path::new("."), &["materials", "--json"]);
+    let listing: Value = serde_json::from_str(&said.out).unwrap();
+    let laws = listing["laws"].as_array().unwrap();
+    assert_eq!(laws.len(), 5);
+    for check in laws.iter().flat_map(|law| law["checks"].as_array().unwrap()) {
+        assert_eq!(check["holds"], true, "{check}");
+    }
+    let material = |id: &str| listing["materials"].as_array().unwrap().iter().find(|m| m["actuator"] == id).unwrap();
+    let finger = material("dual-chamber-finger");
+    assert_eq!(finger["shear_modulus_pa"], 220e3);
+    let planar = &finger["load_cases"][1];
+    let at_2 = planar["nominal_stress"][1]["nominal_stress_pa"].as_f64().unwrap();
+    assert!((at_2 - 0.75e6).abs() < 1e-6, "{at_2}");
+    assert_eq!((&planar["stable_to"]["why"], &planar["stable_to"]["stretch"]), (&"at-least".into(), &4.0.into()));
+    let constants = finger["constants"].as_array().unwrap();
+    assert!(constants.iter().all(|c| c["place"].is_string()) && constants.len() == 3, "{constants:?}");
+
+    let text = pneuval(Path::new("."), &["materials"]).out;
+    for words in ["stable up to 4 at least", "0.005 MPa", "published", "initial shear modulus: 100.0 kPa"] {
+        assert!(text.contains(words) && !text.contains("FAILS"), "{words} in\n{text}");
+    }
+    let one = pneuval(Path::new("."), &["materials", "gent"]).out;
+    assert!(one.contains("gent: Gent") && !one.contains("ogden") && one.contains("No embedded paper"), "{one}");
+    let wrong = pneuval(Path::new("."), &["materials", "yeho"]);
+    assert!(wrong.code == 2 && wrong.err.contains("did you mean `yeoh`?"), "{}", wrong.err);
+}
+
+#[test]
+fn a_material_that_is_none_is_listed_with_the_reason() {
+    let mine = tempfile::tempdir().unwrap();
+    let file = common::datasets().join("actuators/internal-support.toml");
+    let text = std::fs::read_to_string(file).unwrap();
+    for (c10, c20, words) in [
+        ("-0.05", "0.005", "no material of this law: C10 = -50000 is outside its domain, finite and > 0 Pa"),
+        // Planar tangent at l = 2: 2.375 C10 + 38.8125 C20 = 0.
+        ("0.0388125", "-0.002375", "unstable from 2"),
+    ] {
+        let constant = |name: &str, value: &str| format!("{name} = {{ value = {value},");
+        let changed = text
+            .replace(&constant("C10", "0.05"), &constant("C10", c10))
+            .replace(&constant("C20", "0.005"), &constant("C20", c20));
+        assert_ne!(changed, text);
+        std::fs::write(mine.path().join("actuator.toml"), changed).unwrap();
+        let said = pneuval(mine.path(), &["materials", "yeoh"]);
+        assert!(said.code == 0 && said.out.contains(words), "{words} in\n{}{}", said.out, said.err);
+    }
 }
 
 #[test]
@@ -74,6 +126,21 @@ fn predict_prints_the_papers_angles_and_says_why_there_is_none() {
     let blocks: Vec<Value> = serde_json::from_str(&said.out).unwrap();
     let total = blocks[0]["forms"][0]["predicted_si"][0].as_f64().unwrap().to_degrees();
     assert!((total - 244.082).abs() < 5e-4, "{total}");
+}
+
+#[test]
+fn predict_takes_conditions_and_names_those_it_lacks() {
+    let here = Path::new(".");
+    let force = ["predict", "fruit-finger", "--quantity", "tip-force", "--at", "40 kPa"];
+    let said = pneuval(here, &force);
+    assert!(said.code == 0 && said.out.contains("needs held_angle: give it with --with"), "{}", said.out);
+    let with: Vec<&str> = force.into_iter().chain(["--with", "held_angle = 0 deg", "--json"]).collect();
+    let blocks: Vec<Value> = serde_json::from_str(&pneuval(here, &with).out).unwrap();
+    let form = blocks[0]["forms"].as_array().unwrap().iter().find(|f| f["form"] == "consistent-proportional").unwrap();
+    // Held straight, Eq. 15 is 2EI θ0/L² = K a P / 2, with the stored K and a.
+    let expected = 2.145 * 1.937e-5 * 40e3 / 2.0;
+    assert!((form["predicted_si"][0].as_f64().unwrap() - expected).abs() < 1e-9, "{form}");
+    assert_eq!(form["rests_on"][0], "calibrated rod_stiffness");
 }
 
 #[test]

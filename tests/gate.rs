@@ -304,3 +304,100 @@ fn the_measured_column_cannot_be_its_own_prediction() {
     let said = lab.validate();
     assert!(said.code == 2 && said.err.contains("the measured column"), "{}", said.err);
 }
+
+/// A comparison of the stored results.
+fn stored(lab: &Lab, id: &str) -> serde_json::Value {
+    let text = std::fs::read_to_string(lab.path().join("report/results/results.json")).unwrap();
+    let results: serde_json::Value = serde_json::from_str(&text).unwrap();
+    results["comparisons"].as_array().unwrap().iter().find(|c| c["id"] == id).unwrap().clone()
+}
+
+#[test]
+fn a_stated_error_is_judged_on_what_its_digits_leave_open() {
+    for (max, code) in [(0.963, 0), (0.962, 3), (0.961, 1)] {
+        let lab = Lab::new();
+        lab.change("dataset.toml", "[[comparison]]\nquantity = \"size\"\nform = \"model\"\n", "");
+        lab.change(
+            "dataset.toml",
+            "[[table]]",
+            "[[statistic]]\nquantity = { id = \"tip\", title = \"Tip\", unit = \"mm\" }\nform = \"stated\"\n\
+             title = \"as stated\"\nplace = \"section 4\"\nmethod = \"camera\"\nmetrics = { rmse = \"0.962\" }\n\n[[table]]",
+        );
+        lab.bound("rmse", max, "mm", "pass");
+        lab.change("bounds.toml", "\"size\"", "\"tip\"");
+        lab.change("bounds.toml", "\"model\"", "\"stated\"");
+        let said = lab.validate();
+        assert_eq!(said.code, code, "{max}: {}{}", said.out, said.err);
+        // Nobody can compute it again, and a metric that is not printed cannot be judged.
+        assert_eq!(stored(&lab, "balloon/tip/stated")["metrics_printed"], true);
+        lab.change("bounds.toml", "\"rmse\"", "\"max_abs_error\"");
+        assert_eq!(lab.validate().code, 3);
+    }
+}
+
+#[test]
+fn the_error_of_a_position_is_a_distance() {
+    let lab = Lab::new();
+    lab.write("size.csv", "p,mx,mz,x,z\nkPa,mm,mm,mm,mm\n10,3.000000,4.000000,0.000000,0.000000\n20,5.000000,5.000000,5.000000,4.000000\n");
+    lab.change("dataset.toml", "unit = \"mm\" }", "unit = \"mm\", components = [\"x\", \"z\"] }");
+    lab.change("dataset.toml", "column = \"measured\"", "column = [\"x\", \"z\"]");
+    lab.change("dataset.toml", "column = \"model\"", "column = [\"mx\", \"mz\"]");
+    for (max, code) in [(5.0001, 0), (4.9999, 1)] {
+        lab.bound("max_abs_error", max, "mm", "pass");
+        let said = lab.validate();
+        assert_eq!(said.code, code, "{}{}", said.out, said.err);
+    }
+    let row = stored(&lab, "balloon/size/model");
+    assert_eq!(row["points"][0]["predicted"].as_array().unwrap().len(), 2);
+    assert!((row["points"][0]["residual"].as_f64().unwrap() - 5e-3).abs() < 1e-12);
+}
+
+#[test]
+fn an_imported_table_is_interpolated_and_never_extrapolated() {
+    let lab = Lab::new();
+    let text = std::fs::read_to_string(lab.path().join("actuator.toml")).unwrap();
+    let model = "[[model]]\nkind = \"imported\"\nform = \"fem\"\nfile = \"fem.csv\"\npredicted = \"u\"\nstd = \"s\"\n\
+                 quantity = { id = \"size\", title = \"Size\", unit = \"mm\" }\n\
+                 pressure = { column = \"p\", chamber = \"air\", reference = \"gauge\" }\n";
+    lab.write("actuator.toml", &format!("{text}\n{model}"));
+    lab.change("dataset.toml", "form = \"model\"\n", "form = \"fem\"\n");
+    // At 10, 20, 30 kPa: 21, 31, 41 where 20, 30, 40 were measured.
+    let table = "p,u,s\nkPa,mm,mm\n0,11,0.1\n15,26,0.1\n30,41,0.1\n";
+    for (max, rows, code) in [(1.3, table, 0), (1.1, table, 3), (0.7, table, 1), (1e6, &table[..table.len() - 10], 1)] {
+        lab.write("fem.csv", rows);
+        lab.bound("max_abs_error", max, "mm", "pass");
+        lab.change("bounds.toml", "\"model\"", "\"fem\"");
+        let said = lab.validate();
+        assert_eq!(said.code, code, "{max}: {}{}", said.out, said.err);
+        let row = stored(&lab, "balloon/size/fem");
+        assert_eq!(row["kind"], "imported");
+        assert!((row["points"][1]["predicted"][0].as_f64().unwrap() - 21e-3).abs() < 1e-12);
+        // Two of the table's standard uncertainties.
+        assert!((row["points"][1]["predicted_half_width"][0].as_f64().unwrap() - 0.2e-3).abs() < 1e-12);
+    }
+    let last = stored(&lab, "balloon/size/fem")["points"][3].clone();
+    assert!(last["predicted"].is_null() && last["reason"].as_str().unwrap().contains("nothing is extrapolated"));
+}
+
+#[test]
+fn points_that_a_fit_has_seen_judge_nothing() {
+    let lab = Lab::new();
+    let published = datasets().join("published/internal-support");
+    lab.write("actuator.toml", &std::fs::read_to_string(datasets().join("actuators/internal-support.toml")).unwrap());
+    for file in ["dataset.toml", "outer_diameter.csv"] {
+        lab.write(file, &std::fs::read_to_string(published.join(file)).unwrap());
+    }
+    lab.change(
+        "dataset.toml",
+        "fit = { to = \"published-fea\"",
+        "fit = { hold_out = \"odd-pressures\", to = \"measured\"",
+    );
+    lab.write("bounds.toml", "schema = 1\n");
+    lab.validate();
+    let row = stored(&lab, "internal-support/outer-diameter/consistent-fitted-to-fea");
+    let status: Vec<&str> = row["points"].as_array().unwrap().iter().map(|p| p["status"].as_str().unwrap()).collect();
+    // 0 kPa is the reference and number 0: fitted on 20 and 40 kPa, judged on 10, 30 and 50.
+    assert_eq!(status, ["zero_reference", "used", "in_fit", "used", "in_fit", "used"]);
+    assert_eq!((&row["fit"]["n"], &row["n_used"], &row["verdict"]), (&2.into(), &3.into(), &"unjudged".into()));
+    assert_eq!(row["counted"], true);
+}

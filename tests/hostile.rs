@@ -195,6 +195,31 @@ fn stored_results_that_lead_elsewhere_are_refused() {
 }
 
 #[test]
+fn stored_points_of_another_width_are_refused() {
+    let lab = Lab::new();
+    lab.bound("rmse", 5.0, "mm", "pass");
+    assert_eq!(lab.validate().code, 0);
+    let file = lab.path().join("report/results/results.json");
+    let results: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    for (key, value) in [
+        ("predicted", serde_json::json!([0.01, 0.02])),
+        ("measured", serde_json::json!([])),
+        ("measured_half_width", serde_json::json!([])),
+        ("predicted_half_width", serde_json::json!([0.0, 0.0])),
+        ("conditions_si", serde_json::json!([1.0])),
+        ("predicted", serde_json::json!(0.01)),
+    ] {
+        let mut damaged = results.clone();
+        damaged["comparisons"][0]["points"][0][key] = value;
+        std::fs::write(&file, damaged.to_string()).unwrap();
+        for command in [["report", "report"], ["gate", "report"]] {
+            let said = pneuval(lab.path(), &command);
+            assert_eq!(said.code, 2, "{key}: {}", said.err);
+        }
+    }
+}
+
+#[test]
 fn a_remark_is_placeholders_and_not_a_programme() {
     let lab = Lab::new();
     let heavy = "{% for i in range(100000) %}{% for j in range(100000) %}x{% endfor %}{% endfor %}";

@@ -100,6 +100,246 @@ fn every_mistake_is_told_by_place_and_nothing_is_written() {
     }
 }
 
+/// Makes a mistake in the laboratory, which is told by place, with nothing written.
+fn told(lab: &Lab, file: &str, from: &str, to: &str, words: &[&str]) {
+    lab.change(file, from, to);
+    let said = lab.validate();
+    assert_eq!(said.code, 2, "{file}: {to:?}: {}{}", said.out, said.err);
+    for word in words {
+        assert!(said.err.contains(word), "{file}: {to:?}: expected {word:?} in\n{}", said.err);
+    }
+    assert!(said.err.contains("\n  next:     "), "{file}: {to:?}: no next step in\n{}", said.err);
+    assert!(said.out.is_empty() && !lab.path().join("report").exists(), "{file}: {to:?}: something was written");
+}
+
+/// The made-up dataset with a piece added to one of its files.
+fn lab_with(file: &str, more: &str) -> Lab {
+    let lab = Lab::new();
+    let text = std::fs::read_to_string(lab.path().join(file)).unwrap();
+    lab.write(file, &format!("{text}\n{more}"));
+    lab
+}
+
+const MATERIAL: &str = r#"[material.skin]
+law = "yeoh"
+
+[material.skin.constants]
+C10 = { value = 0.1, unit = "MPa", source = "measured" }
+"#;
+
+#[test]
+fn mistakes_in_a_material() {
+    assert_eq!(lab_with("actuator.toml", MATERIAL).validate().code, 3);
+    for (from, to, words) in [
+        ("\"yeoh\"", "\"yeho\"", ["actuator.toml:13: key `law`", "a hyperelastic law", "did you mean `yeoh`?"]),
+        ("law = \"yeoh\"\n", "", ["actuator.toml:12: key `[material.skin]`", "expected: key `law`", "add `law`"]),
+        ("law =", "lwa =", ["actuator.toml:13: key `lwa`", "one of: law, constants", "did you mean `law`?"]),
+        (
+            "C10 =",
+            "C20 =",
+            ["actuator.toml:13: key `law`", "the constants of `yeoh`", "parameter `C10` is missing (half the initial"],
+        ),
+        ("0.1", "-0.1", ["actuator.toml:13: key `law`", "C10 = -100000", "outside its domain"]),
+        ("MPa", "mm", ["actuator.toml:16: key `C10`", "in a unit of Pa", "unit `mm`"]),
+        ("MPa", "Mpa", ["actuator.toml:16: key `C10`", "a known unit", "did you mean `MPa`?"]),
+    ] {
+        told(&lab_with("actuator.toml", MATERIAL), "actuator.toml", from, to, &words);
+    }
+    // Of two materials, the one that is wrong.
+    let second = MATERIAL.replace("skin", "core").replace("C10", "C20");
+    let two = lab_with("actuator.toml", &format!("{MATERIAL}\n{second}"));
+    told(&two, "actuator.toml", "core", "core", &["actuator.toml:19: key `law`", "`C10` is missing"]);
+}
+
+#[test]
+fn mistakes_in_a_fit() {
+    let fit = "form = \"f\"\nmodel = \"consistent\"\nfit = { to = \"model\", parameters = [\"C10\"], hold_out = \"one-pressure\" }\n";
+    for (change, words) in [
+        ("", ["dataset.toml:21: key `fit`", "to = \"measured\" beside it", "remove `hold_out`"]),
+        (
+            "one-presure",
+            ["dataset.toml:21: key `fit`", "one of: none, one-pressure, odd-pressures", "did you mean `one-p"],
+        ),
+    ] {
+        let fit = if change.is_empty() { fit.to_owned() } else { fit.replace("one-pressure", change) };
+        told(&Lab::new(), "dataset.toml", "form = \"model\"\n", &fit, &words);
+    }
+    // A form that is printed beside the measurement is not computed.
+    let printed =
+        "form = \"model\"\nfit = { to = \"measured\", parameters = [\"C10\"], hold_out = \"one-pressure\" }\n";
+    let words = ["dataset.toml:20: key `fit`", "`model`, which is printed in the table", "remove them"];
+    told(&Lab::new(), "dataset.toml", "form = \"model\"\n", printed, &words);
+}
+
+#[test]
+fn mistakes_in_components() {
+    let unit = "unit = \"mm\" }";
+    for (to, words) in [
+        (
+            "unit = \"mm\", components = [\"x\"] }",
+            ["dataset.toml:11: key `quantity`", "at least two components", "leave `components` out"],
+        ),
+        (
+            "unit = \"mm\", components = [\"x\", \"x\"] }",
+            ["dataset.toml:11: key `quantity`", "every component named once", "x, x"],
+        ),
+        (
+            "unit = \"mm\", components = [\"x\", \"z\"] }",
+            ["dataset.toml:14: key `measured`", "2 for `size`: x, z", "name one per component"],
+        ),
+    ] {
+        told(&Lab::new(), "dataset.toml", unit, to, &words);
+    }
+    let words = ["dataset.toml:15: key `predicted`", "one for `size`", "found:    2"];
+    told(&Lab::new(), "dataset.toml", "column = \"model\"", "column = [\"model\", \"p\"]", &words);
+    let words = ["dataset.toml:15: key `predicted`", "a column name in quotes, or one per component", "found:    3"];
+    told(&Lab::new(), "dataset.toml", "column = \"model\"", "column = 3", &words);
+}
+
+/// A table of tip forces for the embedded fruit finger, whose model asks for the held angle.
+fn held() -> Lab {
+    let lab = Lab::new();
+    lab.write("size.csv", "p,angle,model,measured\nkPa,deg,N,N\n10,0,0.1,0.07\n20,0,0.2,0.24\n20,30,0.1,0.08\n");
+    for (from, to) in [
+        ("actuator = \"balloon\"", "actuator = \"fruit-finger\""),
+        ("id = \"size\"", "id = \"tip-force\""),
+        ("unit = \"mm\"", "unit = \"N\""),
+        ("chamber = \"air\"", "chamber = \"chamber\""),
+        (
+            "measured = {",
+            "condition = [{ column = \"angle\", id = \"held_angle\", title = \"held at\", unit = \"deg\" }]\nmeasured = {",
+        ),
+        ("quantity = \"size\"\nform = \"model\"", "quantity = \"tip-force\"\nform = \"consistent-proportional\""),
+    ] {
+        lab.change("dataset.toml", from, to);
+    }
+    lab
+}
+
+#[test]
+fn mistakes_in_a_condition() {
+    assert_eq!(held().validate().code, 3);
+    let lab = held();
+    lab.change(
+        "size.csv",
+        "p,angle,model,measured\nkPa,deg,N,N\n10,0,0.1,0.07\n20,0,0.2,0.24\n20,30,",
+        "p,model,measured\nkPa,N,N\n10,",
+    );
+    let all = "condition = [{ column = \"angle\", id = \"held_angle\", title = \"held at\", unit = \"deg\" }]\n";
+    let form = "dataset.toml:19: key `form`, `consistent-proportional` of `tip-force`";
+    told(&lab, "dataset.toml", all, "", &[form, "conditions held_angle / rad", "unit `N`, chambers chamber\n"]);
+    let form = "dataset.toml:20: key `form`, `consistent-proportional` of `tip-force`";
+    let words = [form, "conditions held_angle / rad", "conditions angle / deg"];
+    told(&held(), "dataset.toml", "id = \"held_angle\"", "id = \"angle\"", &words);
+    let lab = held();
+    lab.change("size.csv", "kPa,deg", "kPa,mm");
+    let words = [form, "conditions held_angle / rad", "conditions held_angle / mm"];
+    told(&lab, "dataset.toml", "unit = \"deg\"", "unit = \"mm\"", &words);
+    let words = ["size.csv:4: column `angle`", "a value of the condition", "no number"];
+    told(&held(), "size.csv", "20,0,", "20,,", &words);
+    told(&held(), "size.csv", "kPa,deg", "kPa,mm", &["size.csv:2: column `angle`", "expected: an angle", "unit `mm`"]);
+    let words = ["size.csv:1: column `angel`", "did you mean `angle`?"];
+    told(&held(), "dataset.toml", "column = \"angle\"", "column = \"angel\"", &words);
+    let words = ["dataset.toml:14: key `condition`", "one of: column, id, title, unit", "did you mean `id`?"];
+    told(&held(), "dataset.toml", "id = \"held_angle\"", "idd = \"held_angle\"", &words);
+}
+
+const STATISTIC: &str = r#"[[statistic]]
+quantity = { id = "tip", title = "Tip", unit = "mm" }
+form = "stated"
+title = "as stated"
+place = "section 4"
+method = "camera"
+metrics = { rmse = "0.962" }
+"#;
+
+#[test]
+fn mistakes_in_a_stated_error() {
+    assert_eq!(lab_with("dataset.toml", STATISTIC).validate().code, 3);
+    let metrics = "dataset.toml:27: key `metrics`";
+    for (from, to, words) in [
+        ("rmse =", "rsme =", [metrics, "a metric", "did you mean `rmse`?"]),
+        ("rmse =", "r2 =", [metrics, "`r2`", "use one of: bias, mae"]),
+        ("\"0.962\"", "\"0,962\"", [metrics, "a number as printed", "`0,962`"]),
+        ("\"0.962\"", "\"about 1\"", [metrics, "a number as printed", "`about 1`"]),
+        ("\"0.962\"", "\"NaN\"", [metrics, "a number as printed", "`NaN`"]),
+        ("\"0.962\"", "0.962", [metrics, "expected: text in quotes", "floating point `0.962`"]),
+        ("rmse = \"0.962\"", "", ["dataset.toml:23: key `form`", "at least one metric", "add it to `metrics`"]),
+        ("place = \"section 4\"\n", "", ["dataset.toml:21: key `[[statistic]]`", "key `place`", "nothing"]),
+        (
+            "id = \"tip\", title = \"Tip\", unit = \"mm\" }\nform = \"stated\"",
+            "id = \"size\", title = \"Size\", unit = \"mm\" }\nform = \"model\"",
+            ["dataset.toml:23: key `form`", "every form once", "`model` of `size` twice"],
+        ),
+    ] {
+        told(&lab_with("dataset.toml", STATISTIC), "dataset.toml", from, to, &words);
+    }
+}
+
+const IMPORTED: &str = r#"[[model]]
+kind = "imported"
+form = "fem"
+quantity = { id = "size", title = "Size", unit = "mm" }
+file = "fem.csv"
+pressure = { column = "p", chamber = "air", reference = "gauge" }
+predicted = "u"
+std = "s"
+"#;
+
+/// The made-up dataset, compared with a table that the actuator file names.
+fn imported() -> Lab {
+    let lab = lab_with("actuator.toml", IMPORTED);
+    lab.write("fem.csv", "p,u,s\nkPa,mm,mm\n0,10,0.1\n10,21,0.1\n20,28,0.1\n30,43,0.1\n");
+    lab.change("dataset.toml", "form = \"model\"\n", "form = \"fem\"\n");
+    lab
+}
+
+#[test]
+fn mistakes_in_an_imported_model() {
+    assert_eq!(imported().validate().code, 3);
+    let form = "dataset.toml:19: key `form`, `fem` of `size`";
+    for (file, from, to, words) in [
+        ("fem.csv", "20,28", "10,28", ["fem.csv:5: column `p`", "pressures that rise", "found:    `10`"]),
+        ("fem.csv", "30,43", "15,43", ["fem.csv:6: column `p`", "pressures that rise", "loading or unloading"]),
+        ("fem.csv", "28", "n/a", ["fem.csv:5: column `u`", "expected: a number", "`n/a`"]),
+        ("fem.csv", "28", "", ["fem.csv:5: column `u`", "a number in every row", "no number"]),
+        ("fem.csv", "28,0.1", "28,-0.1", ["fem.csv:5: column `s`", "standard uncertainty >= 0", "`-0.1`"]),
+        ("fem.csv", "\n10,21,0.1\n20,28,0.1\n30,43,0.1", "", ["actuator.toml:16: key `file`", "at least two", "1 in"]),
+        ("fem.csv", "kPa,mm", "kPa,deg", ["fem.csv:2: column `u`", "expected: a length", "unit `deg`"]),
+        ("fem.csv", "kPa,mm", "mm,mm", ["fem.csv:2: column `p`", "expected: a pressure", "unit `mm`"]),
+        ("actuator.toml", "\"u\"", "\"uu\"", ["fem.csv:1: column `uu`", "columns p, u, s", "did you mean `u`?"]),
+        ("actuator.toml", "\"u\"", "[\"u\", \"s\"]", ["actuator.toml:18: key `predicted`", "one for `size`", "2"]),
+        (
+            "actuator.toml",
+            "\"fem.csv\"",
+            "\"fen.csv\"",
+            ["actuator.toml:16: key `file`", "fen.csv: cannot be read", "put"],
+        ),
+        (
+            "actuator.toml",
+            "\"fem.csv\"",
+            "\"../f.csv\"",
+            ["actuator.toml:16: key `file`", "inside this folder", "`../f"],
+        ),
+        ("actuator.toml", "chamber = \"air\"", "chamber = \"water\"", [form, "chamber water", "chambers air"]),
+        ("actuator.toml", "\"gauge\"", "\"absolute\"", ["actuator.toml:17: key `pressure`", "`absolute`", "gauge"]),
+        ("actuator.toml", "\"imported\"", "\"importd\"", ["actuator.toml:13: key `kind`", "`importd`", "did you mean"]),
+        ("dataset.toml", "\"fem\"", "\"fen\"", ["dataset.toml:19: key `form`", "`fen`", "did you mean `fem`?"]),
+        (
+            "dataset.toml",
+            "form = \"fem\"\n",
+            "form = \"f\"\nmodel = \"fem\"\nfit = { to = \"measured\", parameters = [\"C10\"] }\n",
+            ["dataset.toml:19: key `fit`", "`C10`", "a table has no parameters"],
+        ),
+    ] {
+        told(&imported(), file, from, to, &words);
+    }
+    // A table of angles does not predict a length.
+    let lab = imported();
+    lab.change("fem.csv", "kPa,mm,mm", "kPa,deg,deg");
+    told(&lab, "actuator.toml", "unit = \"mm\"", "unit = \"deg\"", &[form, "a unit of rad", "unit `mm`"]);
+}
+
 #[test]
 fn a_duplicate_bound_names_both_lines() {
     let lab = Lab::new();
@@ -148,10 +388,12 @@ fn damaged_results_are_refused() {
     let file = lab.path().join("report/results/results.json");
     let text = std::fs::read_to_string(&file).unwrap();
     for (damaged, word) in [
-        (text.replacen("\"schema_version\": 1", "\"schema_version\": 2", 1), "schema_version 1 expected, found 2"),
+        (text.replacen("\"schema_version\": 2", "\"schema_version\": 3", 1), "schema_version 2 expected, found 3"),
+        (text.replacen("\"schema_version\": 2", "\"schema_version\": 1", 1), "schema_version 2 expected, found 1"),
         (text.replacen("\"n_used\"", "\"n_sued\"", 1), "n_sued"),
         (text[..text.len() / 2].to_owned(), "not JSON"),
     ] {
+        assert_ne!(damaged, text);
         std::fs::write(&file, damaged).unwrap();
         for command in [["gate", "report"], ["report", "report"]] {
             let said = pneuval(lab.path(), &command);
@@ -178,6 +420,14 @@ fn flags_are_checked_and_mistyped_words_get_a_suggestion() {
         (&["predict", "internal-support", "--at", "10 Kpa"], "did you mean `kPa`?"),
         (&["predict", "internal-support", "--at", "ten kPa"], "does not start with a number"),
         (&["predict", "dual-chamber-finger", "--at", "10 kPa"], "one pressure per chamber"),
+        (&["predict", "fruit-finger", "--with", "held_angle = 30 mm"], "angle to which the tip is held"),
+        (&["predict", "fruit-finger", "--with", "held_angle = 30"], "write the unit behind the number"),
+        (&["predict", "fruit-finger", "--with", "held_angle = 30 dge"], "did you mean `deg`?"),
+        (&["predict", "fruit-finger", "--with", "held_angle = deg"], "does not start with a number"),
+        (&["predict", "fruit-finger", "--with", "held_angle"], "write NAME = VALUE"),
+        (&["predict", "fruit-finger", "--with", "held_angel = 30 deg"], "did you mean `held_angle`?"),
+        (&["predict", "fruit-finger", "--with", "held_angle=30deg", "--with", "held_angle=0deg"], "`held_angle` twice"),
+        (&["predict", "internal-support", "--with", "held_angle = 30 deg"], "--with `held_angle`"),
         (&["models", "internal"], "internal-support"),
         (&["validate", "nowhere"], "no such file or folder"),
         (&["validate", "report/none"], "no such file or folder"),

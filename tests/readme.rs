@@ -27,24 +27,50 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 fn the_worked_example_works_as_written() {
     let text = readme();
     let (csv, toml) = (blocks(&text, "csv"), blocks(&text, "toml"));
-    assert_eq!((csv.len(), toml.len()), (1, 2), "one table, a dataset and its bounds");
+    assert_eq!((csv.len(), toml.len()), (2, 2), "a log and an FEA table, an actuator and its bounds");
     let folder = tempfile::tempdir().unwrap();
-    let mine = folder.path().join("my-gripper");
+    let mine = folder.path().join("my-finger");
     std::fs::create_dir(&mine).unwrap();
-    std::fs::write(mine.join("diameter.csv"), &csv[0]).unwrap();
-    std::fs::write(mine.join("dataset.toml"), &toml[0]).unwrap();
+    std::fs::write(mine.join("log.csv"), &csv[0]).unwrap();
+    assert_eq!(pneuval(folder.path(), &["init", "my-finger", "--actuator", "my-finger"]).code, 0);
+    let said = pneuval(folder.path(), &["validate", "my-finger", "--out", "first"]);
+    assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+    assert!(folder.path().join("first/my-finger.html").is_file());
+    std::fs::write(mine.join("fea.csv"), &csv[1]).unwrap();
+    std::fs::write(mine.join("actuator.toml"), &toml[0]).unwrap();
     std::fs::write(mine.join("bounds.toml"), &toml[1]).unwrap();
-    let said = pneuval(folder.path(), &["validate", "my-gripper", "--out", "my-report"]);
+    let validate = || pneuval(folder.path(), &["validate", "my-finger", "--out", "my-report"]);
+    let said = validate();
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    assert!(said.out.contains("2 comparisons · 2 pass"), "{}", said.out);
-    assert!(folder.path().join("my-report/internal-support.html").is_file());
+    assert!(said.out.contains("1 comparison · 1 pass"), "{}", said.out);
     assert_eq!(pneuval(folder.path(), &["gate", "my-report"]).code, 0);
     // The mistake the page shows, made.
-    std::fs::write(mine.join("diameter.csv"), csv[0].replace("35.7", "\"35,7\"")).unwrap();
-    let said = pneuval(folder.path(), &["validate", "my-gripper", "--out", "my-report"]);
+    std::fs::write(mine.join("fea.csv"), csv[1].replace("20.5", "\"20,5\"")).unwrap();
+    let said = validate();
     assert_eq!(said.code, 2);
-    let shown = blocks(&text, "text").into_iter().find(|b| b.starts_with("error: my-gripper")).unwrap();
+    let shown = blocks(&text, "text").into_iter().find(|b| b.starts_with("error: my-finger")).unwrap();
     assert_eq!(said.err, shown);
+}
+
+/// The reference of every file is one folder that works.
+#[test]
+fn the_reference_of_files_is_a_folder_that_validates() {
+    let text = std::fs::read_to_string(root().join("docs/files.md")).unwrap();
+    let (csv, toml) = (blocks(&text, "csv"), blocks(&text, "toml"));
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["session.toml", "rig.toml", "actuator.toml", "bounds.toml"];
+    for (name, text) in files.iter().zip(&toml).chain(["log.csv", "fea.csv"].iter().zip(&csv)) {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    assert_eq!((toml.len(), csv.len()), (4, 2));
+    let said = pneuval(folder.path(), &["validate", ".", "--out", "report"]);
+    // The tip passes; the force has no model and stays open.
+    assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+    assert!(
+        said.out.contains("1 pass") && said.out.contains("1 open") && said.out.contains("1 not counted"),
+        "{}",
+        said.out
+    );
 }
 
 #[test]
@@ -75,7 +101,9 @@ fn the_picture_is_what_is_drawn_today() {
 
 #[test]
 fn every_link_of_the_documents_leads_somewhere() {
-    for document in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "datasets/README.md"] {
+    for document in
+        ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "datasets/README.md", "docs/files.md"]
+    {
         let text = std::fs::read_to_string(root().join(document)).unwrap();
         for target in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
             let local = !target.starts_with("http") && !target.starts_with('#');

@@ -85,7 +85,7 @@ struct RawBound {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a model in quotes, or several in brackets")]
 enum OneOrMany {
     One(String),
     Many(Vec<String>),

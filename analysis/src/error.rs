@@ -14,9 +14,9 @@ pub enum AnalysisError {
     /// A file is not what it should be.
     #[error(transparent)]
     Ingest(#[from] IngestError),
-    /// A comparison names a form that neither the table nor the catalogue has.
+    /// A comparison names a form that neither the table, the actuator file nor the catalogue has.
     #[error(
-        "{file}:{line}: key `form`\n  expected: a printed column or a catalogue form of `{quantity}`\n  found:    `{form}`\n  next:     {next}"
+        "{file}:{line}: key `form`\n  expected: a printed column, an imported model or a catalogue form of `{quantity}`\n  found:    `{form}`\n  next:     {next}"
     )]
     UnknownForm {
         /// The dataset.
@@ -55,6 +55,78 @@ pub enum AnalysisError {
         expected: String,
         /// What is there.
         found: String,
+    },
+    /// A form does not predict what is measured: another unit, other chambers, components or conditions.
+    #[error(
+        "{file}:{line}: key `form`, `{form}` of `{quantity}`\n  expected: {expected}\n  found:    {found}\n  next:     declare the measurement as the model has it, or compare another form"
+    )]
+    Mismatch {
+        /// The dataset.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The quantity.
+        quantity: String,
+        /// The form.
+        form: String,
+        /// What the model has.
+        expected: String,
+        /// What was measured.
+        found: String,
+    },
+    /// A dataset states a metric that there is none of.
+    #[error("{file}:{line}: key `metrics`\n  expected: a metric\n  found:    `{name}`\n  next:     {next}")]
+    UnknownMetric {
+        /// The dataset.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The metric named.
+        name: String,
+        /// What to do.
+        next: String,
+    },
+    /// A material names a law that there is none of.
+    #[error("{file}:{line}: key `law`\n  expected: a hyperelastic law\n  found:    `{law}`\n  next:     {next}")]
+    UnknownLaw {
+        /// The actuator file.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The law named.
+        law: String,
+        /// What to do.
+        next: String,
+    },
+    /// A law refuses a material's constants.
+    #[error(
+        "{file}:{line}: key `law`\n  expected: the constants of `{law}`\n  found:    {source}\n  next:     correct the material's constants; `pneuval materials {law}` lists them"
+    )]
+    Law {
+        /// The actuator file.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The law.
+        law: String,
+        /// What it says.
+        source: ModelError,
+    },
+    /// A response of a session has too many points to be a set of steady states.
+    #[error(
+        "{file}:{line}: the response `{quantity}`\n  expected: at most {limit} points\n  found:    {points}\n  next:     say points = {{ from = \"plateaus\", … }}"
+    )]
+    TooManyPoints {
+        /// The session.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The quantity.
+        quantity: String,
+        /// How many.
+        points: usize,
+        /// How many there may be.
+        limit: usize,
     },
     /// Two datasets bring different files of one actuator.
     #[error(

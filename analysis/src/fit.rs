@@ -1,13 +1,27 @@
-//! Calibration: parameters of a form fitted to a column, before the form is compared with another.
+//! Calibration: parameters of a form fitted to values, before the form is compared with others.
 
+use pneuval_ingest::manifest::Condition;
 use pneuval_models::ModelError;
 use pneuval_models::catalogue::{Entry, Inputs};
 use pneuval_models::least_squares::{Fit, levenberg_marquardt};
 
+use crate::prediction::Form;
+
 /// How often the start values may be doubled until the model reaches every pressure.
 const DOUBLINGS_MAX: u32 = 30;
 
-/// Fits parameters of a form so that it passes closest (least squares in the quantity) to values at pressures.
+/// A value to fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Gauge pressure per chamber, Pa.
+    pub pressures_gauge_pa: Vec<f64>,
+    /// Value of each condition, SI units.
+    pub conditions_si: Vec<f64>,
+    /// Value of each component, SI units.
+    pub values_si: Vec<f64>,
+}
+
+/// Fits parameters of a form so that it passes closest (least squares in the quantity, every component alike) to values.
 ///
 /// Starts from the given inputs; if the model has no solution at some pressure there (a material too soft to stay in range),
 /// the fitted parameters are doubled together until it has.
@@ -17,8 +31,9 @@ const DOUBLINGS_MAX: u32 = 30;
 pub fn calibrate(
     entry: &Entry,
     inputs: &Inputs,
+    conditions: &[Condition],
     parameters: &[String],
-    targets: &[(Vec<f64>, f64)],
+    targets: &[&Target],
 ) -> Result<(Inputs, Fit), ModelError> {
     let with = |values: &[f64]| {
         let mut changed = inputs.clone();
@@ -28,13 +43,16 @@ pub fn calibrate(
         changed
     };
     // Scaled to the size of the quantity, so that the optimiser sees numbers near one.
-    let scale = targets.iter().map(|(_, v)| v.abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    let values = targets.iter().flat_map(|t| &t.values_si);
+    let scale = values.map(|v| v.abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let residuals = |values: &[f64]| {
-        let model = entry.build(&with(values))?;
-        targets
-            .iter()
-            .map(|(pressures, target)| Ok((model.predict(pressures)? - target) / scale))
-            .collect::<Result<Vec<f64>, ModelError>>()
+        let form = Form::new(entry, with(values), conditions);
+        let mut residuals = Vec::new();
+        for target in targets {
+            let predicted = form.value(&target.pressures_gauge_pa, &target.conditions_si)?;
+            residuals.extend(predicted.iter().zip(&target.values_si).map(|(p, t)| (p - t) / scale));
+        }
+        Ok(residuals)
     };
     let mut start: Vec<f64> = parameters.iter().map(|name| inputs.get(name).unwrap_or(f64::NAN)).collect();
     for _ in 0..DOUBLINGS_MAX {

@@ -28,6 +28,15 @@ const FIGURES: &str = "figures";
 /// The results folder inside a report.
 const FOLDER: &str = "results";
 
+/// Whether figures are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drawing {
+    /// Every figure.
+    Figures,
+    /// None: pages hold tables only.
+    None,
+}
+
 /// Draws an evaluation and writes it to a folder, replacing an earlier report of this program.
 ///
 /// Everything is written to a temporary folder beside `out` and moved into place at the end, so a reader never sees half of
@@ -35,7 +44,7 @@ const FOLDER: &str = "results";
 ///
 /// # Errors
 /// [`AnalysisError::Foreign`] if `out` holds anything this program did not write; otherwise what drawing or writing says.
-pub fn publish(out: &Path, evaluation: Evaluation) -> Result<Results, AnalysisError> {
+pub fn publish(out: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
     // A link is followed, and a folder that is somebody's working directory has a name.
     let resolved =
         if out.exists() { Some(out.canonicalize().map_err(|source| IngestError::write(out, source))?) } else { None };
@@ -51,7 +60,7 @@ pub fn publish(out: &Path, evaluation: Evaluation) -> Result<Results, AnalysisEr
         .tempdir_in(parent)
         .map_err(|source| IngestError::write(parent, source))?;
     let new = temporary.path().join("new");
-    let results = write_into(&new, evaluation)?;
+    let results = write_into(&new, evaluation, drawing)?;
     if out.exists() {
         let old = temporary.path().join("old");
         fs::rename(out, &old).map_err(|source| IngestError::write(out, source))?;
@@ -66,17 +75,24 @@ pub fn publish(out: &Path, evaluation: Evaluation) -> Result<Results, AnalysisEr
     Ok(results)
 }
 
-fn write_into(new: &Path, evaluation: Evaluation) -> Result<Results, AnalysisError> {
+fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
     let Evaluation { mut results, curves } = evaluation;
     let folder = new.join(FOLDER);
     let figures_folder = folder.join(FIGURES);
-    fs::create_dir_all(&figures_folder).map_err(|source| IngestError::write(&figures_folder, source))?;
+    fs::create_dir_all(&folder).map_err(|source| IngestError::write(&folder, source))?;
     write_parquet(&folder.join(SERIES), &series::to_columns(&curves))?;
     results.files.clear();
     let series_path = folder.join(SERIES);
     let bytes = fs::read(&series_path).map_err(|source| IngestError::read(&series_path, source))?;
     results.files.insert(SERIES.to_owned(), digest::sha256(&bytes));
-    let figures = report::figures(&results, &curves)?;
+    let figures = match drawing {
+        Drawing::Figures => report::figures(&results, &curves)?,
+        Drawing::None => vec![],
+    };
+    // An empty folder would be none of the report's files.
+    if !figures.is_empty() {
+        fs::create_dir(&figures_folder).map_err(|source| IngestError::write(&figures_folder, source))?;
+    }
     for figure in &figures {
         let name = format!("{FIGURES}/{}.png", figure.name);
         write(&folder.join(&name), &figure.png)?;

@@ -9,7 +9,7 @@ use crate::bounds::{Bound, Bounds, Expect};
 use crate::format;
 use crate::metrics::{Measure, Metric};
 use crate::results::{Comparison, FindingRecord, JudgementRecord, MetricRecord, Point, PointStatus, Results, Severity};
-use crate::verdict::{Verdict, Why, judge};
+use crate::verdict::{Basis, Grounds, Verdict, Why, judge};
 
 /// Measured points at which the model fails a bound for want of a value. A value that is not a number leaves everything open,
 /// whatever else is missing; the zero-pressure metric asks the zero-pressure references alone.
@@ -32,7 +32,7 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
         return;
     }
     let own_data = format!("{}/{} measured", comparison.dataset, comparison.quantity.id);
-    if comparison.fit.as_ref().is_some_and(|fit| fit.fitted_on.contains(&own_data)) {
+    if comparison.fit.as_ref().is_some_and(|fit| fit.hold_out.is_none() && fit.fitted_on.contains(&own_data)) {
         comparison.verdict = Verdict::Calibration;
         comparison.counted = false;
         comparison.sentence = String::from("fitted to these very data: calibration, not validation");
@@ -40,15 +40,24 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
     }
     for bound in bounds {
         let measure = comparison.metric(bound.metric).map_or(Measure::Undefined("not stored"), MetricRecord::measure);
-        let judgement = judge(measure, &bound, points_without_prediction(comparison, bound.metric));
+        let grounds = Grounds {
+            points_without_prediction: points_without_prediction(comparison, bound.metric),
+            single_repeat: comparison.single_repeat,
+        };
+        let judgement = judge(measure, &bound, grounds);
         let sentence = sentence(comparison, &bound, judgement.why);
         comparison.judgements.push(JudgementRecord { bound, verdict: judgement.verdict, sentence });
     }
     comparison.verdict = comparison.deciding().map_or(Verdict::Unjudged, |judgement| judgement.verdict);
-    comparison.sentence = comparison.deciding().map_or_else(
-        || "no bound for this comparison: write a row in bounds.toml to have it judged".to_owned(),
-        |judgement| judgement.sentence.clone(),
-    );
+    let unjudged = if comparison.points.is_empty() && !comparison.metrics_printed {
+        "there is no point: no stretch of the pressure is steady for the declared hold, or nothing was logged"
+    } else if comparison.points.iter().any(|p| p.status == PointStatus::NotCompared) {
+        "nothing predicts this quantity: add a [[model]] to the actuator file, or name a type that has one"
+    } else {
+        "no bound for this comparison: write a row in bounds.toml to have it judged"
+    };
+    comparison.sentence =
+        comparison.deciding().map_or_else(|| unjudged.to_owned(), |judgement| judgement.sentence.clone());
 }
 
 /// A metric's value in the unit it is shown in.
@@ -71,7 +80,11 @@ pub fn limit_text(metric: Metric, max: f64, unit: Unit) -> String {
 
 /// Measured points, zero references apart: what a prediction is asked for.
 pub fn asked(comparison: &Comparison) -> usize {
-    let not_asked = |p: &&Point| matches!(p.status, PointStatus::ZeroReference | PointStatus::HoleInPrint);
+    let not_asked = |p: &&Point| {
+        let others =
+            [PointStatus::ZeroReference, PointStatus::HoleInPrint, PointStatus::InFit, PointStatus::NotCompared];
+        others.contains(&p.status)
+    };
     comparison.points.len() - comparison.points.iter().filter(not_asked).count()
 }
 
@@ -85,12 +98,12 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
             let interval = interval.abs();
             let text = |v| metric_text(bound.metric, v, unit);
             if interval.half_width() > 0.0 {
-                format!(
-                    "{} (printed digits: {} to {})",
-                    text(interval.value),
-                    text(interval.lower),
-                    text(interval.upper)
-                )
+                let ground = match comparison.basis {
+                    Basis::PublishedPoint => "printed digits",
+                    Basis::Session if comparison.single_repeat => "instruments",
+                    Basis::Session => "95 %",
+                };
+                format!("{} ({ground}: {} to {})", text(interval.value), text(interval.lower), text(interval.upper))
             } else {
                 text(interval.value)
             }
@@ -99,17 +112,25 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
         Some(Measure::Undefined(_)) | None => "undefined".to_owned(),
     };
     let expected = if bound.expect == Expect::Exceed { ", as expected" } else { "" };
+    let more = match comparison.basis {
+        Basis::PublishedPoint => "one more printed digit, or the raw data,",
+        Basis::Session => "more repeats, or a better instrument,",
+    };
     match why {
+        Why::SingleRepeat => format!(
+            "{name} is {value}, from one repeat, which has no scatter to judge by; a second repeat, or allow_single_repeat in the bound, could decide it"
+        ),
+        Why::NoInterval => format!(
+            "{name} is {value}, from one repeat of an instrument that declares no uncertainty; a second repeat, or `std` in rig.toml with allow_single_repeat in the bound, could decide it"
+        ),
         Why::Within if bound.expect == Expect::Exceed => {
             format!("{name} is {value}, within the bound of {limit}, which it was expected to exceed")
         }
         Why::Within => format!("{name} is {value}, within the bound of {limit}"),
         Why::Beyond => format!("{name} is {value}, beyond the bound of {limit}{expected}"),
-        Why::Straddles => format!(
-            "{name} is {value}, which reaches over the bound of {limit}; one more printed digit, or the raw data, could decide it"
-        ),
+        Why::Straddles => format!("{name} is {value}, which reaches over the bound of {limit}; {more} could decide it"),
         Why::TooUncertain => format!(
-            "{name} is {value}, known less sharply than the {} asked for; one more printed digit, or the raw data, could decide it",
+            "{name} is {value}, known less sharply than the {} asked for; {more} could decide it",
             limit_text(bound.metric, bound.max_uncertainty.unwrap_or(f64::NAN), unit)
         ),
         Why::NotFinite => {
@@ -141,7 +162,8 @@ pub fn rejudge(results: &mut Results, bounds: Option<&Bounds>) -> Result<(), Ana
         let actuators: Vec<&str> = results.actuators.iter().map(|a| a.id.as_str()).collect();
         let mut texts: BTreeSet<String> = actuators.iter().flat_map(|id| bounds.unused_rows(id, &of(id))).collect();
         texts.extend(strangers(bounds, &actuators));
-        results.findings = notes(texts);
+        results.findings.retain(|finding| finding.kind != "bounds");
+        results.findings.extend(notes(texts));
     }
     for comparison in results.comparisons.iter_mut().filter(|c| c.counted) {
         let rows = match bounds {
@@ -164,5 +186,15 @@ pub fn strangers(bounds: &Bounds, here: &[&str]) -> Vec<String> {
 
 /// Findings worth knowing.
 pub fn notes(texts: BTreeSet<String>) -> Vec<FindingRecord> {
-    texts.into_iter().map(|text| FindingRecord { severity: Severity::Note, text }).collect()
+    let note = |text| FindingRecord {
+        severity: Severity::Note,
+        kind: "bounds".to_owned(),
+        dataset: None,
+        file: None,
+        channel: None,
+        count: None,
+        spans: vec![],
+        text,
+    };
+    texts.into_iter().map(note).collect()
 }

@@ -1,20 +1,24 @@
 //! From a measured response and a prediction to a comparison, a verdict and a report.
 //!
 //! ```text
-//! published table --> Response --.
-//!                                 >--> Comparison --> Verdict --> results folder --> pages
-//! model, printed column --> Prediction --'
+//! published table, session --> Response --.
+//!                                          >--> Comparison --> Verdict --> results folder --> pages
+//! model, table, printed column -> Prediction'
 //! ```
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`study`] | the responses of a dataset or session, and the comparisons asked of them |
 //! | [`response`] | a quantity against gauge pressure, as measured |
-//! | [`prediction`] | what a model or a printed column says at those pressures |
+//! | [`prediction`] | what a model, an imported table or a printed column says at those points |
 //! | [`fit`] | calibration of parameters before a comparison |
+//! | [`pairing`] | what becomes of every point |
 //! | [`metrics`] | how far apart they are, with the interval that is known |
 //! | [`bounds`] | acceptance limits, each with its reason |
 //! | [`verdict`] | `judge()`, the only place where a metric meets a bound |
 //! | [`compare`] | response and prediction to comparison |
+//! | [`remark`] | sentences with computed numbers in them |
+//! | [`records`] | what the results say of actuators, sessions and findings |
 //! | [`gate`] | stored metrics and bounds to verdicts, and their sentences |
 //! | [`results`] | every number, computed once; the schema of `results.json` |
 //! | [`folder`] | the results folder on disk |
@@ -30,11 +34,15 @@ pub mod folder;
 pub mod format;
 pub mod gate;
 pub mod metrics;
+pub mod pairing;
 pub mod prediction;
+pub mod records;
+pub mod remark;
 pub mod report;
 pub mod response;
 pub mod results;
 pub mod series;
+pub mod study;
 pub mod verdict;
 
 pub use error::AnalysisError;

@@ -14,6 +14,10 @@
 //! | `residual_at_zero` | r at the zero-pressure reference; of several, the largest in size |
 //! | `r2` | 1 - Σ r² / Σ (measured - its mean)²; shown, never bounded |
 //!
+//! Of a position, r is the distance between the predicted and the measured point (wave-finger, Eq. 30: the position error), and
+//! \|measured\|, \|predicted\| are distances from the origin of its frame; a distance has no sign, so a position has no bias, and
+//! no range and R² are defined for it.
+//!
 //! Printed values are intervals (half a unit of the last digit either side). Every metric carries the interval that it can
 //! take while each measured and each printed predicted value moves within its own; pressures, dimensions and constants are taken
 //! as exact, although they are printed too, and a computed prediction has no width; `relative_to_range` and `r2` are handled more coarsely: the former's
@@ -167,31 +171,62 @@ impl From<Printed> for Interval {
     }
 }
 
-/// A predicted and a measured value at one point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A predicted and a measured value at one point: one interval, or one per component of a position.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     /// Predicted.
-    pub predicted: Interval,
+    pub predicted: Vec<Interval>,
     /// Measured.
-    pub measured: Interval,
+    pub measured: Vec<Interval>,
 }
 
 impl Pair {
-    /// Predicted - measured.
+    /// Predicted - measured; of a position, the distance between the two.
     pub fn residual(&self) -> Interval {
-        let (p, m) = (self.predicted, self.measured);
-        Interval { value: p.value - m.value, lower: p.lower - m.upper, upper: p.upper - m.lower }
+        let component = |(p, m): (&Interval, &Interval)| Interval {
+            value: p.value - m.value,
+            lower: p.lower - m.upper,
+            upper: p.upper - m.lower,
+        };
+        let components: Vec<Interval> = self.predicted.iter().zip(&self.measured).map(component).collect();
+        match components.as_slice() {
+            [one] => *one,
+            many => length(many),
+        }
+    }
+
+    /// Whether it is a position.
+    fn is_position(&self) -> bool {
+        self.measured.len() > 1
     }
 
     /// |predicted / measured - 1| = |residual| / |measured|: `None` where the measured interval touches zero.
     fn relative_to_measured(&self) -> Option<Interval> {
-        relative(self.predicted, self.measured)
+        self.relative_to(&self.predicted, &self.measured)
     }
 
     /// |measured / predicted - 1| = |residual| / |predicted|.
     fn relative_to_predicted(&self) -> Option<Interval> {
-        relative(self.measured, self.predicted)
+        self.relative_to(&self.measured, &self.predicted)
     }
+
+    fn relative_to(&self, other: &[Interval], base: &[Interval]) -> Option<Interval> {
+        if let ([a], [b]) = (other, base) {
+            return relative(*a, *b);
+        }
+        let (error, size) = (self.residual(), length(base));
+        (size.lower > 0.0).then(|| Interval {
+            value: error.value / size.value,
+            lower: error.lower / size.upper,
+            upper: error.upper / size.lower,
+        })
+    }
+}
+
+/// The length of a vector of intervals.
+fn length(components: &[Interval]) -> Interval {
+    let norm = |of: fn(&Interval) -> f64| components.iter().map(|c| of(&c.abs()).powi(2)).sum::<f64>().sqrt();
+    Interval { value: norm(|c| c.value), lower: norm(|c| c.lower), upper: norm(|c| c.upper) }
 }
 
 /// |a / b - 1| over both intervals. The quotient is monotone in each, so its extremes lie at the corners.
@@ -236,6 +271,11 @@ pub fn measure(metric: Metric, pairs: &[Pair], at_zero: &[Pair]) -> Measure {
     let residuals: Vec<Interval> = pairs.iter().map(Pair::residual).collect();
     if residuals.iter().any(|r| !r.is_finite()) {
         return Measure::Undefined("a measured or predicted value is not a finite number");
+    }
+    let no_sign = "a position error is a distance: it has no sign, no range and no R²";
+    let signed = matches!(metric, Metric::Bias | Metric::RelativeToRangeMax | Metric::RelativeToRangeRmse | Metric::R2);
+    if signed && pairs.iter().any(Pair::is_position) {
+        return Measure::Undefined(no_sign);
     }
     let sizes: Vec<Interval> = residuals.iter().map(|r| r.abs()).collect();
     let rmse = mean(sizes.iter().map(|s| s.map(|x| x * x))).map(f64::sqrt);
@@ -294,7 +334,7 @@ fn max(items: impl Iterator<Item = Interval>) -> Interval {
 
 fn over_range(size: Interval, pairs: &[Pair]) -> Measure {
     let extreme = |pick: fn(f64, f64) -> f64, start: f64, of: fn(&Interval) -> f64| {
-        pairs.iter().map(|p| of(&p.measured)).fold(start, pick)
+        pairs.iter().flat_map(|p| &p.measured).map(of).fold(start, pick)
     };
     let range = |of_max: fn(&Interval) -> f64, of_min: fn(&Interval) -> f64| {
         extreme(f64::max, f64::NEG_INFINITY, of_max) - extreme(f64::min, f64::INFINITY, of_min)
@@ -316,8 +356,9 @@ fn over_range(size: Interval, pairs: &[Pair]) -> Measure {
 
 fn r2(pairs: &[Pair]) -> Measure {
     let n = pairs.len() as f64;
-    let centre = pairs.iter().map(|p| p.measured.value).sum::<f64>() / n;
-    let total: f64 = pairs.iter().map(|p| (p.measured.value - centre).powi(2)).sum();
+    let measured = || pairs.iter().flat_map(|p| &p.measured).map(|m| m.value);
+    let centre = measured().sum::<f64>() / n;
+    let total: f64 = measured().map(|m| (m - centre).powi(2)).sum();
     let left: f64 = pairs.iter().map(|p| p.residual().value.powi(2)).sum();
     let value = 1.0 - left / total;
     if total == 0.0 {
@@ -336,7 +377,8 @@ mod tests {
     fn pairs(predicted: &[(f64, f64)], measured: &[(f64, f64)]) -> Vec<Pair> {
         let interval =
             |(si, half_width_si): &(f64, f64)| Interval::from(Printed { si: *si, half_width_si: *half_width_si });
-        predicted.iter().zip(measured).map(|(p, m)| Pair { predicted: interval(p), measured: interval(m) }).collect()
+        let pair = |(p, m)| Pair { predicted: vec![interval(p)], measured: vec![interval(m)] };
+        predicted.iter().zip(measured).map(pair).collect()
     }
 
     fn known(metric: Metric, pairs: &[Pair]) -> Interval {
@@ -386,8 +428,8 @@ mod tests {
             }
         }
         assert_eq!(measure(Metric::R2, &p, &[]), Measure::Shown(1.0 - 14.0 / 200.0));
-        let at_zero = pairs(&[(0.5, 0.0)], &[(0.0, 0.0)])[0];
-        let Measure::Known(zero) = measure(Metric::ResidualAtZero, &p, &[at_zero]) else { panic!() };
+        let at_zero = pairs(&[(0.5, 0.0)], &[(0.0, 0.0)]);
+        let Measure::Known(zero) = measure(Metric::ResidualAtZero, &p, &at_zero) else { panic!() };
         assert!((zero.value - 0.5).abs() < 1e-15);
     }
 
@@ -420,6 +462,30 @@ mod tests {
             // The grid may step over a zero of |r|, so only the upper end is held to be tight.
             assert!(coarse || stated.upper <= upper + 1e-12, "{metric:?} too wide: {stated:?} {lower} {upper}");
         }
+    }
+
+    /// By hand: distances 5 (3-4-5) and 0, from points 10 (6-8-10) and 13 (5-12-13) from the origin.
+    #[test]
+    fn a_position_error_is_the_distance() {
+        let exact = |values: [f64; 2]| values.map(|v| Interval::from(Printed { si: v, half_width_si: 0.0 })).to_vec();
+        let pair = |p, m| Pair { predicted: exact(p), measured: exact(m) };
+        let p = [pair([9.0, 12.0], [6.0, 8.0]), pair([5.0, 12.0], [5.0, 12.0])];
+        for (metric, expected) in [
+            (Metric::Mae, 2.5),
+            (Metric::Rmse, 12.5_f64.sqrt()),
+            (Metric::MaxAbsError, 5.0),
+            (Metric::RelativeToMeasuredMax, 0.5),
+            (Metric::RelativeToPredictedMax, 1.0 / 3.0),
+        ] {
+            assert!((known(metric, &p).value - expected).abs() < 1e-15, "{metric:?}");
+        }
+        for metric in [Metric::Bias, Metric::RelativeToRangeMax, Metric::RelativeToRangeRmse, Metric::R2] {
+            assert!(matches!(measure(metric, &p, &[]), Measure::Undefined(_)), "{metric:?}");
+        }
+        let wide = |v: f64, half_width_si| Interval::from(Printed { si: v, half_width_si });
+        let open = Pair { predicted: exact([3.0, 4.0]), measured: vec![wide(0.0, 1.0), wide(0.0, 1.0)] };
+        let found = open.residual();
+        assert!((found.lower - 13.0_f64.sqrt()).abs() < 1e-15 && (found.upper - 41.0_f64.sqrt()).abs() < 1e-15);
     }
 
     #[test]

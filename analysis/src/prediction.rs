@@ -1,13 +1,18 @@
-//! What a model or a printed column says at the pressures of a response.
+//! What a model, an imported table or a printed column says at the points of a response.
 
+use std::cell::RefCell;
+
+use pneuval_ingest::calibration::interpolate;
 use pneuval_ingest::document::Origin;
-use pneuval_ingest::manifest::{Actuator, PredictedColumn, PublishedTable};
+use pneuval_ingest::manifest::{Actuator, Condition, ImportedModel, PredictedColumn};
 use pneuval_ingest::number::Printed;
 use pneuval_models::ModelError;
 use pneuval_models::catalogue::{Entry, Inputs, Model};
 
 use crate::AnalysisError;
-use crate::response::Response;
+use crate::format;
+use crate::response::{Response, ResponsePoint};
+use crate::series::{CurvePoint, Trace};
 
 /// Points on which a model is drawn between zero and full pressure.
 const CURVE_STEPS: u32 = 100;
@@ -15,13 +20,11 @@ const CURVE_STEPS: u32 = 100;
 /// A prediction at the points of a response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// Id of the form.
-    pub form: String,
     /// Its name in legends and tables.
     pub title: String,
-    /// `published`, `printed`, `consistent` or `reading`.
+    /// `published`, `printed`, `consistent`, `reading`, `assumed` or `imported`.
     pub kind: String,
-    /// Paper and place.
+    /// Paper and place, or whose table.
     pub source: String,
     /// The equation, for computed forms.
     pub equation: Option<String>,
@@ -31,92 +34,255 @@ pub struct Prediction {
     pub rests_on: Vec<String>,
     /// One per point of the response.
     pub at: Vec<Predicted>,
-    /// The form between the points, for figures: share of full pressure, value in SI.
-    pub curve: Vec<CurvePoint>,
+    /// The form between the points, for figures: one trace per set of conditions.
+    pub traces: Vec<Trace>,
 }
 
 /// A prediction at one point.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Predicted {
-    /// A value with what its print leaves open (nothing, for a computed one).
-    Value(Printed),
+    /// A value per component with what is left open: by print, by printed conditions, or by an imported uncertainty.
+    Value(Vec<Printed>),
     /// The model has no value here, and why.
     NoSolution(String),
     /// The solver gave up here, and why: nothing is known, so nothing is judged.
     Failed(String),
     /// A printed column has no number here.
     NotPrinted,
+    /// The model was fitted on this point.
+    InFit(Vec<Printed>),
+    /// Nothing predicts this quantity.
+    NotCompared,
 }
 
-/// A point of a drawn curve.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CurvePoint {
-    /// Share of the full pressure of every chamber, 0 to 1.
-    pub share: f64,
-    /// The quantity, SI units.
-    pub value: f64,
+/// What gives a value at pressures and conditions.
+pub trait Predictor {
+    /// The value of each component at gauge pressures, one per chamber, and conditions in SI units.
+    fn at(&self, pressures_gauge_pa: &[f64], conditions_si: &[f64]) -> Predicted;
 }
 
-impl Prediction {
-    /// A column printed beside the measured one.
-    pub fn published(table: &PublishedTable, column: &PredictedColumn) -> Self {
-        let at = column.cells.iter().map(|cell| cell.map_or(Predicted::NotPrinted, Predicted::Value)).collect();
-        let full = full_pressures(&table.pressures_gauge_pa);
-        let curve = table
-            .pressures_gauge_pa
-            .iter()
-            .zip(&column.cells)
-            .filter_map(|(pressures, cell)| {
-                cell.filter(|c| c.si.is_finite()).map(|c| CurvePoint { share: share(pressures, &full), value: c.si })
-            })
-            .collect();
-        Self {
-            form: column.form.clone(),
-            title: column.title.clone(),
-            kind: "published".to_owned(),
-            source: table.place.clone(),
-            equation: None,
-            misprints: vec![],
-            rests_on: vec![],
-            at,
-            curve,
-        }
+/// A catalogue form with its inputs. A set of conditions is a set of inputs: each gives a model of its own, kept for its next
+/// point.
+pub struct Form<'a> {
+    entry: &'a Entry,
+    inputs: Inputs,
+    conditions: &'a [Condition],
+    built: RefCell<Vec<Built>>,
+}
+
+/// A set of conditions and the model that it gives.
+type Built = (Vec<f64>, Result<Model, ModelError>);
+
+impl<'a> Form<'a> {
+    /// A form whose inputs are complete but for the conditions.
+    pub fn new(entry: &'a Entry, inputs: Inputs, conditions: &'a [Condition]) -> Self {
+        Self { entry, inputs, conditions, built: RefCell::new(Vec::new()) }
     }
 
-    /// A catalogue form evaluated at the points of a response.
-    pub fn computed(form: &str, entry: &Entry, model: &Model, rests_on: Vec<String>, response: &Response) -> Self {
-        let pressures: Vec<Vec<f64>> = response.points.iter().map(|p| p.pressures_gauge_pa.clone()).collect();
-        let full = full_pressures(&pressures);
-        let curve = (0..=CURVE_STEPS)
+    /// The value of each component.
+    ///
+    /// # Errors
+    /// What the model says.
+    pub fn value(&self, pressures_gauge_pa: &[f64], conditions_si: &[f64]) -> Result<Vec<f64>, ModelError> {
+        let mut built = self.built.borrow_mut();
+        let known = built.iter().position(|(set, _)| set == conditions_si);
+        let i = known.unwrap_or_else(|| {
+            let mut inputs = self.inputs.clone();
+            // What the form does not ask for must not take the place of an input of the same name.
+            let asked = |id: &str| self.entry.conditions.iter().any(|c| c.name == id);
+            for (condition, value) in self.conditions.iter().zip(conditions_si).filter(|(c, _)| asked(&c.id)) {
+                inputs.set(condition.id.as_str(), *value);
+            }
+            built.push((conditions_si.to_vec(), self.entry.build(&inputs)));
+            built.len() - 1
+        });
+        match &built[i].1 {
+            Ok(model) => model.predict(pressures_gauge_pa),
+            Err(error) => Err(error.clone()),
+        }
+    }
+}
+
+impl Predictor for Form<'_> {
+    fn at(&self, pressures_gauge_pa: &[f64], conditions_si: &[f64]) -> Predicted {
+        match self.value(pressures_gauge_pa, conditions_si) {
+            Ok(values) => Predicted::Value(exact(&values)),
+            // The physics has an answer here, and it is "none"; anything else is a failure of the computation.
+            Err(
+                error @ (ModelError::BeyondLimit { .. }
+                | ModelError::BelowStart { .. }
+                | ModelError::OutOfDomain { .. }
+                | ModelError::NotThisUnit { .. }),
+            ) => Predicted::NoSolution(error.to_string()),
+            Err(error) => Predicted::Failed(error.to_string()),
+        }
+    }
+}
+
+impl Predictor for ImportedModel {
+    fn at(&self, pressures_gauge_pa: &[f64], _conditions_si: &[f64]) -> Predicted {
+        let Some(&pressure) = pressures_gauge_pa.first() else {
+            return Predicted::NoSolution("no pressure to look up".to_owned());
+        };
+        let column = |table: &[Vec<f64>], i: usize| {
+            let points: Vec<(f64, f64)> =
+                self.pressures_gauge_pa.iter().zip(table).map(|(p, row)| (*p, row[i])).collect();
+            interpolate(&points, pressure)
+        };
+        let value = |i: usize| -> Option<Printed> {
+            let si = column(&self.values_si, i)?;
+            let std = self.std_si.as_ref().and_then(|table| column(table, i)).unwrap_or(0.0);
+            Some(Printed { si, half_width_si: 2.0 * std })
+        };
+        if let Some(values) = (0..self.quantity.width()).map(value).collect::<Option<Vec<_>>>() {
+            return Predicted::Value(values);
+        }
+        let chamber = std::slice::from_ref(&self.chamber);
+        let end = |p: Option<&f64>| p.map_or(String::new(), |p| format::pressures(&[*p], chamber));
+        Predicted::NoSolution(format!(
+            "the table reaches from {} to {}; nothing is extrapolated",
+            end(self.pressures_gauge_pa.first()),
+            end(self.pressures_gauge_pa.last())
+        ))
+    }
+}
+
+/// Computed values leave nothing open.
+fn exact(values: &[f64]) -> Vec<Printed> {
+    values.iter().map(|&si| Printed { si, half_width_si: 0.0 }).collect()
+}
+
+/// The prediction at a point. Printed conditions are intervals: where one has a width, the prediction gets the width that its
+/// ends give.
+pub fn predict_at(predictor: &dyn Predictor, point: &ResponsePoint) -> Predicted {
+    let conditions: Vec<f64> = point.conditions.iter().map(|c| c.si).collect();
+    let mut predicted = predictor.at(&point.pressures_gauge_pa, &conditions);
+    let open: Vec<usize> = (0..conditions.len()).filter(|&i| point.conditions[i].half_width_si > 0.0).collect();
+    let Predicted::Value(values) = &mut predicted else { return predicted };
+    // Every corner of the box that the printed digits leave open; a handful of conditions at most.
+    for corner in 0..1_u32 << open.len().min(6) {
+        let mut moved = conditions.clone();
+        for (bit, &i) in open.iter().enumerate().take(6) {
+            let half = point.conditions[i].half_width_si;
+            moved[i] += if corner >> bit & 1 == 1 { half } else { -half };
+        }
+        if let Predicted::Value(at_corner) = predictor.at(&point.pressures_gauge_pa, &moved) {
+            for (value, other) in values.iter_mut().zip(at_corner) {
+                value.half_width_si = value.half_width_si.max((other.si - value.si).abs());
+            }
+        }
+    }
+    predicted
+}
+
+/// The prediction between the points of a response, one trace per set of conditions.
+pub fn traces(predictor: &dyn Predictor, response: &Response) -> Vec<Trace> {
+    let full = full_pressures(&response.pressures());
+    let points = |conditions: &[f64]| {
+        (0..=CURVE_STEPS)
             .filter_map(|i| {
                 // Denser near zero, where bending rises like the square root of pressure.
                 let share = (f64::from(i) / f64::from(CURVE_STEPS)).powi(2);
                 let pressures: Vec<f64> = full.iter().map(|p| share * p).collect();
-                model.predict(&pressures).ok().map(|value| CurvePoint { share, value })
+                match predictor.at(&pressures, conditions) {
+                    Predicted::Value(values) => {
+                        Some(CurvePoint { share, values: values.iter().map(|v| v.si).collect() })
+                    }
+                    _ => None,
+                }
+            })
+            .collect::<Vec<_>>()
+    };
+    response.condition_sets().iter().map(|set| Trace { points: points(set) }).collect()
+}
+
+/// The traces through the predicted points themselves, where nothing lies between them.
+pub fn traces_of_points(at: &[Predicted], response: &Response) -> Vec<Trace> {
+    let full = full_pressures(&response.pressures());
+    let of = |set: &Vec<f64>| {
+        let here = |point: &ResponsePoint| point.conditions.iter().map(|c| c.si).eq(set.iter().copied());
+        let mut points: Vec<CurvePoint> = response
+            .points
+            .iter()
+            .zip(at)
+            .filter(|(point, _)| here(point))
+            .filter_map(|(point, predicted)| match predicted {
+                Predicted::Value(values) | Predicted::InFit(values) if values.iter().all(|v| v.si.is_finite()) => {
+                    let share = share(&point.pressures_gauge_pa, &full);
+                    Some(CurvePoint { share, values: values.iter().map(|v| v.si).collect() })
+                }
+                _ => None,
             })
             .collect();
+        points.sort_by(|a, b| a.share.total_cmp(&b.share));
+        Trace { points }
+    };
+    response.condition_sets().iter().map(of).collect()
+}
+
+impl Prediction {
+    /// A column printed beside the measured one.
+    pub fn published(response: &Response, column: &PredictedColumn) -> Self {
+        let at: Vec<Predicted> =
+            column.cells.iter().map(|cell| cell.clone().map_or(Predicted::NotPrinted, Predicted::Value)).collect();
         Self {
-            form: form.to_owned(),
+            title: column.title.clone(),
+            kind: "published".to_owned(),
+            source: response.source.split("; ").next().unwrap_or_default().to_owned(),
+            equation: None,
+            misprints: vec![],
+            rests_on: vec![],
+            traces: traces_of_points(&at, response),
+            at,
+        }
+    }
+
+    /// A user's table at the points of a response.
+    pub fn imported(model: &ImportedModel, response: &Response) -> Self {
+        let mut notes = vec!["straight lines between the rows of the table; nothing is extrapolated".to_owned()];
+        if model.std_si.is_some() {
+            notes.push(
+                "the interval of a prediction is two of the table's standard uncertainties either side".to_owned(),
+            );
+        }
+        Self {
+            title: model.title.clone(),
+            kind: "imported".to_owned(),
+            source: model.source.clone(),
+            equation: None,
+            misprints: notes,
+            rests_on: vec![],
+            at: response.points.iter().map(|point| predict_at(model, point)).collect(),
+            traces: traces(model, response),
+        }
+    }
+
+    /// A catalogue form at the points of a response.
+    pub fn computed(entry: &Entry, form: &Form, rests_on: Vec<String>, response: &Response) -> Self {
+        Self {
             title: entry.title.to_owned(),
             kind: entry.kind.name().to_owned(),
             source: entry.source.to_owned(),
             equation: Some(entry.equation.to_owned()),
             misprints: entry.misprints.iter().map(|m| (*m).to_owned()).collect(),
             rests_on,
-            at: pressures.iter().map(|p| predict_at(model, p)).collect(),
-            curve,
+            at: response.points.iter().map(|point| predict_at(form, point)).collect(),
+            traces: traces(form, response),
         }
     }
-}
 
-fn predict_at(model: &Model, pressures_gauge_pa: &[f64]) -> Predicted {
-    match model.predict(pressures_gauge_pa) {
-        Ok(si) => Predicted::Value(Printed { si, half_width_si: 0.0 }),
-        // The physics has an answer here, and it is "none"; anything else is a failure of the computation.
-        Err(
-            error @ (ModelError::BeyondLimit { .. } | ModelError::BelowStart { .. } | ModelError::OutOfDomain { .. }),
-        ) => Predicted::NoSolution(error.to_string()),
-        Err(error) => Predicted::Failed(error.to_string()),
+    /// Nothing: a response that no model is compared with.
+    pub fn none(response: &Response) -> Self {
+        Self {
+            title: "no prediction".to_owned(),
+            kind: "none".to_owned(),
+            source: "no model of this quantity is known".to_owned(),
+            equation: None,
+            misprints: vec![],
+            rests_on: vec![],
+            at: vec![Predicted::NotCompared; response.points.len()],
+            traces: vec![],
+        }
     }
 }
 

@@ -12,11 +12,12 @@ use pneuval_ingest::manifest::is_id;
 use pneuval_ingest::units::Unit;
 
 use crate::bounds::Bound;
+use crate::format;
 use crate::metrics::{Interval, Measure, Metric};
 use crate::verdict::{Basis, Verdict, is_as_expected};
 
 /// Version of the layout of `results.json`.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The results of one `validate`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -41,11 +42,26 @@ pub struct Results {
 }
 
 /// How much a finding matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
+    /// Data are gone: the results are open.
+    Lost,
+    /// Samples are left out, counted and listed.
+    Excluded,
     /// Worth knowing; nothing is missing.
     Note,
+}
+
+impl Severity {
+    /// The word used in files and on pages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lost => "lost",
+            Self::Excluded => "excluded",
+            Self::Note => "note",
+        }
+    }
 }
 
 /// Something a reader should know about the run.
@@ -54,8 +70,34 @@ pub enum Severity {
 pub struct FindingRecord {
     /// How much it matters.
     pub severity: Severity,
+    /// What kind it is, such as `gap` or `non-numeric-cell`.
+    pub kind: String,
+    /// The dataset or session it is about, if any.
+    pub dataset: Option<String>,
+    /// The file, relative to the session's folder.
+    pub file: Option<String>,
+    /// The channel or column.
+    pub channel: Option<String>,
+    /// Samples or lines concerned.
+    pub count: Option<usize>,
+    /// Where, the first of many.
+    pub spans: Vec<SpanRecord>,
     /// What was found.
     pub text: String,
+}
+
+/// A stretch of samples and lines of a log.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpanRecord {
+    /// From 0.
+    pub first_sample: usize,
+    /// Inclusive.
+    pub last_sample: usize,
+    /// From 1.
+    pub first_line: usize,
+    /// Inclusive.
+    pub last_line: usize,
 }
 
 /// An actuator and the data it was compared with.
@@ -70,8 +112,10 @@ pub struct ActuatorRecord {
     pub title: String,
     /// What it is.
     pub summary: String,
-    /// Dimensions and material.
+    /// Dimensions and material constants.
     pub inputs: Vec<InputRecord>,
+    /// Materials and where their laws are stable.
+    pub materials: Vec<MaterialRecord>,
     /// Datasets, by id.
     pub datasets: Vec<DatasetRecord>,
 }
@@ -94,16 +138,34 @@ pub struct InputRecord {
     pub place: Option<String>,
 }
 
-/// A dataset and where it comes from.
+/// A material of an actuator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialRecord {
+    /// Its id in the actuator file.
+    pub id: String,
+    /// Its law.
+    pub law: String,
+    /// Initial shear modulus, Pa.
+    pub initial_shear_modulus_pa: f64,
+    /// Where the stress stops rising, per load case; null: not up to the stretch looked at.
+    pub unstable_from: BTreeMap<String, Option<f64>>,
+    /// The stretch looked at.
+    pub stretch_max: f64,
+}
+
+/// A dataset or session and where it comes from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DatasetRecord {
     /// Id.
     pub id: String,
-    /// Title of the paper.
-    pub paper: String,
+    /// Title of the paper, or of the session.
+    pub title: String,
     /// Authors, journal, year, DOI.
     pub reference: Option<String>,
+    /// For a session: what was read and how.
+    pub session: Option<SessionRecord>,
     /// Sentences for the page.
     pub notes: Vec<String>,
     /// Figures whose data are not printed.
@@ -114,6 +176,82 @@ pub struct DatasetRecord {
     pub listings: Vec<ListingRecord>,
     /// Every file that went in, relative to the dataset's folder.
     pub sources: Vec<SourceFile>,
+}
+
+/// A sitting at a rig.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SessionRecord {
+    /// Written by a program, not by a rig.
+    pub synthetic: bool,
+    /// When, in the user's words.
+    pub date: Option<String>,
+    /// Who.
+    pub operator: Option<String>,
+    /// The rig.
+    pub rig: Option<String>,
+    /// What was tested, in words.
+    pub specimen: Vec<(String, String)>,
+    /// Logs.
+    pub runs: Vec<RunRecord>,
+    /// Channels and how they were calibrated.
+    pub channels: Vec<ChannelRecord>,
+    /// Samples of the channels that responses need.
+    pub samples_read: usize,
+    /// Of those, samples without a number.
+    pub samples_excluded: usize,
+    /// The share of excluded samples that the session allows.
+    pub excluded_share_max: f64,
+    /// Per response: samples read, samples with a hole in a channel needed, samples in a point.
+    pub responses: Vec<CensusRecord>,
+}
+
+/// A run of a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunRecord {
+    /// Its id.
+    pub id: String,
+    /// Its log.
+    pub file: String,
+    /// Samples.
+    pub samples: usize,
+    /// From first to last stamp, s.
+    pub span_s: Option<f64>,
+    /// Samples per second, from the median step.
+    pub rate_hz: Option<f64>,
+}
+
+/// A channel of a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelRecord {
+    /// Its id.
+    pub id: String,
+    /// The column, or what it is derived from.
+    pub source: String,
+    /// The unit it is shown in.
+    pub unit: String,
+    /// The instrument and its calibration.
+    pub instrument: Option<String>,
+    /// Standard uncertainty of one sample, SI units.
+    pub std_si: Option<f64>,
+}
+
+/// What became of the samples of a response.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CensusRecord {
+    /// The quantity.
+    pub quantity: String,
+    /// Samples read.
+    pub samples: usize,
+    /// Samples with a hole in a channel needed.
+    pub holes: usize,
+    /// Samples that lie in a point.
+    pub used: usize,
+    /// Points.
+    pub points: usize,
 }
 
 /// A result stated in a paper.
@@ -166,9 +304,39 @@ pub struct QuantityRecord {
     pub si_unit: String,
     /// Unit it is shown in.
     pub display_unit: String,
+    /// Names of the components of a position; empty for a plain number.
+    pub components: Vec<String>,
+}
+
+/// What is set beside the pressure at each point.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConditionRecord {
+    /// Id.
+    pub id: String,
+    /// Name on pages.
+    pub title: String,
+    /// Unit it is shown in.
+    pub display_unit: String,
+}
+
+impl ConditionRecord {
+    /// A value in SI units as text: `held angle 30°`.
+    pub fn text(&self, value_si: f64) -> String {
+        let value = Unit::parse(&self.display_unit).map_or_else(
+            || format::short(value_si),
+            |unit| format::with_unit(&format::short(unit.from_si(value_si)), unit),
+        );
+        format!("{} {value}", self.title)
+    }
 }
 
 impl QuantityRecord {
+    /// Whether it is a position.
+    pub fn is_position(&self) -> bool {
+        !self.components.is_empty()
+    }
+
     /// The unit it is shown in.
     pub fn unit(&self) -> Unit {
         // Written by this program from a parsed unit; a hand-edited unknown one falls back to SI or a plain number.
@@ -209,6 +377,12 @@ pub struct Comparison {
     pub fit: Option<FitRecord>,
     /// Ground of the intervals.
     pub basis: Basis,
+    /// The metrics are printed in the source, without the points behind them: nobody can compute them again.
+    pub metrics_printed: bool,
+    /// Some point used rests on a single repeat, so that its interval lacks the scatter.
+    pub single_repeat: bool,
+    /// What is set beside the pressure, in the order of each point's conditions.
+    pub conditions: Vec<ConditionRecord>,
     /// Chambers, in the order of each point's pressures.
     pub chambers: Vec<String>,
     /// Points with a measured value.
@@ -239,6 +413,8 @@ pub struct Comparison {
 pub struct FitRecord {
     /// The data it was fitted to.
     pub fitted_on: Vec<String>,
+    /// Which points the fit did not see, in words; null: none were held out.
+    pub hold_out: Option<String>,
     /// Fitted parameters.
     pub parameters: Vec<FittedParameter>,
     /// Root mean square residual of the fit, SI units.
@@ -279,27 +455,35 @@ pub enum PointStatus {
     NoPrediction,
     /// The prediction is a printed column with a hole here.
     PredictionNotPrinted,
+    /// The model was fitted on this point, and is judged on others.
+    InFit,
+    /// No model predicts this quantity.
+    NotCompared,
 }
 
 /// A point of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Point {
-    /// Line of the source table.
+    /// Line of the source.
     pub line: usize,
+    /// Runs whose repeats it is the mean of; empty for a printed point.
+    pub runs: Vec<String>,
     /// Gauge pressure per chamber, Pa.
     pub pressures_gauge_pa: Vec<f64>,
     /// Share of the largest pressure in size, -1 to 1.
     pub pressure_share: f64,
-    /// Measured value; null where none is printed or it is not finite.
-    pub measured: Option<f64>,
-    /// Half a unit of its last printed digit.
-    pub measured_half_width: f64,
-    /// Predicted value; null where there is none.
-    pub predicted: Option<f64>,
-    /// Half a unit of its last printed digit; 0 for a computed value.
-    pub predicted_half_width: f64,
-    /// Predicted - measured.
+    /// Value of each condition, SI units.
+    pub conditions_si: Vec<f64>,
+    /// Measured value per component; null where there is none or it is not finite.
+    pub measured: Option<Vec<f64>>,
+    /// Half the width of its interval, per component.
+    pub measured_half_width: Vec<f64>,
+    /// Predicted value per component; null where there is none.
+    pub predicted: Option<Vec<f64>>,
+    /// Half the width of its interval, per component; 0 for a computed value.
+    pub predicted_half_width: Vec<f64>,
+    /// Predicted - measured; of a position, the distance between the two.
     pub residual: Option<f64>,
     /// What became of it.
     pub status: PointStatus,
@@ -323,6 +507,25 @@ pub struct MetricRecord {
     pub undefined: Option<String>,
     /// Where some points have no prediction: the metric over the others. Never judged.
     pub over_predicted_points: Option<f64>,
+}
+
+impl Point {
+    /// The measured value of a plain number.
+    pub fn measured_scalar(&self) -> Option<f64> {
+        scalar(self.measured.as_deref())
+    }
+
+    /// The predicted value of a plain number.
+    pub fn predicted_scalar(&self) -> Option<f64> {
+        scalar(self.predicted.as_deref())
+    }
+}
+
+fn scalar(values: Option<&[f64]>) -> Option<f64> {
+    match values {
+        Some([one]) => Some(*one),
+        _ => None,
+    }
 }
 
 impl MetricRecord {
@@ -427,11 +630,30 @@ impl Results {
         let count = |standing| self.comparisons.iter().filter(|c| c.standing() == standing).count();
         if count(Standing::Unexpected) > 0 {
             Decision::Unexpected
-        } else if count(Standing::Open) > 0 || count(Standing::AsExpected) == 0 {
+        } else if count(Standing::Open) > 0 || count(Standing::AsExpected) == 0 || !self.losses().is_empty() {
             Decision::Open
         } else {
             Decision::AsExpected
         }
+    }
+
+    /// Why data that were lost, or too many that were excluded, leave the results open whatever the verdicts.
+    pub fn losses(&self) -> Vec<String> {
+        let lost = self.findings.iter().filter(|f| f.severity == Severity::Lost).map(|f| f.text.clone());
+        let excluded = self.actuators.iter().flat_map(|a| &a.datasets).filter_map(|d| {
+            let s = d.session.as_ref()?;
+            let share = s.samples_excluded as f64 / (s.samples_read.max(1)) as f64;
+            (share > s.excluded_share_max).then(|| {
+                format!(
+                    "{}: {} of {} samples are excluded, more than the {} allowed",
+                    d.id,
+                    s.samples_excluded,
+                    s.samples_read,
+                    format::percent(s.excluded_share_max)
+                )
+            })
+        });
+        lost.chain(excluded).collect()
     }
 
     /// Whether the parts fit together: ids that are ids, points with a pressure per chamber, counts that are those of the points.
@@ -450,8 +672,18 @@ impl Results {
             if !self.actuators.iter().any(|a| a.id == c.actuator) {
                 return Err(format!("{}: its actuator is not listed", c.id));
             }
-            if c.chambers.is_empty() || c.points.iter().any(|p| p.pressures_gauge_pa.len() != c.chambers.len()) {
-                return Err(format!("{}: a point without a pressure per chamber", c.id));
+            let fits = |p: &Point| {
+                let width = c.quantity.components.len().max(1);
+                let as_wide = |values: &Option<Vec<f64>>| values.as_ref().is_none_or(|v| v.len() == width);
+                p.pressures_gauge_pa.len() == c.chambers.len()
+                    && p.conditions_si.len() == c.conditions.len()
+                    && as_wide(&p.measured)
+                    && as_wide(&p.predicted)
+                    && p.measured_half_width.len() == width
+                    && p.predicted_half_width.len() == width
+            };
+            if (c.chambers.is_empty() && !c.metrics_printed) || !c.points.iter().all(fits) {
+                return Err(format!("{}: a point without a pressure per chamber or a value per component", c.id));
             }
             let count = |status| c.points.iter().filter(|p| p.status == status).count();
             if c.n_used != count(PointStatus::Used) || c.n_without_prediction != count(PointStatus::NoPrediction) {

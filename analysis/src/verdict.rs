@@ -41,6 +41,8 @@ impl Verdict {
 pub enum Basis {
     /// Printed values: the interval is what their last digits leave open; no measurement uncertainty is published.
     PublishedPoint,
+    /// Measured in a session: the interval is that of repeats and instruments, 95 %.
+    Session,
 }
 
 impl Basis {
@@ -48,6 +50,7 @@ impl Basis {
     pub fn label(self) -> &'static str {
         match self {
             Self::PublishedPoint => "published point: no measurement uncertainty published",
+            Self::Session => "measured session: intervals from repeats and the instruments' declared uncertainty, 95 %",
         }
     }
 }
@@ -76,41 +79,61 @@ pub enum Why {
     NotFinite,
     /// The model predicts nothing at some measured point.
     NoPrediction,
+    /// One repeat, and the bound does not allow that.
+    SingleRepeat,
+    /// One repeat, and the instruments declare no uncertainty.
+    NoInterval,
+}
+
+/// What a metric rests on, beside its number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Grounds {
+    /// Measured points at which the model has no value.
+    pub points_without_prediction: usize,
+    /// Some point is a single repeat of a session, so that the interval lacks the scatter.
+    pub single_repeat: bool,
 }
 
 /// Compares a metric with a bound.
 ///
-/// Passes by `upper <= max`, never by "not greater". `points_without_prediction` counts the measured points at which the model
-/// has no value: there it fails, whatever the metric over the other points. The caller gives 0 where a value that is not a
+/// Passes by `upper <= max`, never by "not greater". Where the model has no value at a measured point it fails, whatever the metric
+/// over the other points. A single repeat decides nothing unless the bound allows it and the instruments declare an
+/// uncertainty. The caller gives 0 such points where a value that is not a
 /// number leaves everything open; such a metric comes as [`Measure::Undefined`], and is looked at before any bound.
 ///
 /// ```
 /// use pneuval_analysis::bounds::{Bound, Expect};
 /// use pneuval_analysis::metrics::{Interval, Measure, Metric};
-/// use pneuval_analysis::verdict::{Verdict, judge};
+/// use pneuval_analysis::verdict::{Grounds, Verdict, judge};
 /// let bound = Bound {
 ///     metric: Metric::Rmse, max: 1.0, max_uncertainty: None, reason: "need".into(), expect: Expect::Pass,
 ///     allow_single_repeat: false,
 /// };
 /// let known = |value| Measure::Known(Interval { value, lower: value - 0.1, upper: value + 0.1 });
-/// assert_eq!(judge(known(0.9), &bound, 0).verdict, Verdict::Pass);
-/// assert_eq!(judge(known(1.05), &bound, 0).verdict, Verdict::Inconclusive);
-/// assert_eq!(judge(known(1.2), &bound, 0).verdict, Verdict::Fail);
-/// assert_eq!(judge(Measure::Undefined("NaN"), &bound, 0).verdict, Verdict::Inconclusive);
+/// assert_eq!(judge(known(0.9), &bound, Grounds::default()).verdict, Verdict::Pass);
+/// assert_eq!(judge(known(1.05), &bound, Grounds::default()).verdict, Verdict::Inconclusive);
+/// assert_eq!(judge(known(1.2), &bound, Grounds::default()).verdict, Verdict::Fail);
+/// assert_eq!(judge(Measure::Undefined("NaN"), &bound, Grounds::default()).verdict, Verdict::Inconclusive);
 /// ```
-pub fn judge(measure: Measure, bound: &Bound, points_without_prediction: usize) -> Judgement {
+pub fn judge(measure: Measure, bound: &Bound, grounds: Grounds) -> Judgement {
     let judgement = |verdict, why| Judgement { verdict, why };
-    if points_without_prediction > 0 {
+    if grounds.points_without_prediction > 0 {
         return judgement(Verdict::Fail, Why::NoPrediction);
     }
     let interval = match measure {
         Measure::Known(interval) => interval.abs(),
+        Measure::Shown(value) if value.is_finite() && grounds.single_repeat => {
+            return judgement(Verdict::Inconclusive, Why::NoInterval);
+        }
         Measure::Shown(_) | Measure::Undefined(_) => return judgement(Verdict::Inconclusive, Why::NotFinite),
     };
     let Interval { value, lower, upper } = interval;
     let numbers = value.is_finite() && lower.is_finite() && upper.is_finite() && bound.max.is_finite();
     if !(numbers && lower <= value && value <= upper) {
         return judgement(Verdict::Inconclusive, Why::NotFinite);
+    }
+    if grounds.single_repeat && !bound.allow_single_repeat {
+        return judgement(Verdict::Inconclusive, Why::SingleRepeat);
     }
     if lower > bound.max {
         return judgement(Verdict::Fail, Why::Beyond);
@@ -145,7 +168,7 @@ mod tests {
     }
 
     fn verdict(measure: Measure, max: f64) -> Verdict {
-        judge(measure, &bound(max, None), 0).verdict
+        judge(measure, &bound(max, None), Grounds::default()).verdict
     }
 
     #[test]
@@ -174,16 +197,30 @@ mod tests {
 
     #[test]
     fn a_point_without_prediction_fails_whatever_the_rest_says() {
-        assert_eq!(judge(known(0.0, 0.0), &bound(1.0, None), 1).verdict, Verdict::Fail);
-        assert_eq!(judge(Measure::Undefined("none"), &bound(1.0, None), 5).verdict, Verdict::Fail);
+        let without = |n| Grounds { points_without_prediction: n, ..Grounds::default() };
+        assert_eq!(judge(known(0.0, 0.0), &bound(1.0, None), without(1)).verdict, Verdict::Fail);
+        assert_eq!(judge(Measure::Undefined("none"), &bound(1.0, None), without(5)).verdict, Verdict::Fail);
+    }
+
+    #[test]
+    fn a_single_repeat_decides_only_where_the_bound_allows_it() {
+        let grounds = Grounds { single_repeat: true, ..Grounds::default() };
+        for (value, allowed) in [(0.5, Verdict::Pass), (5.0, Verdict::Fail)] {
+            let strict = bound(1.0, None);
+            let lenient = Bound { allow_single_repeat: true, ..strict.clone() };
+            assert_eq!(judge(known(value, 0.1), &strict, grounds).why, Why::SingleRepeat);
+            assert_eq!(judge(known(value, 0.1), &lenient, grounds).verdict, allowed);
+            // Without a declared uncertainty there is no interval to judge.
+            assert_eq!(judge(Measure::Shown(value), &lenient, grounds).why, Why::NoInterval);
+        }
     }
 
     #[test]
     fn an_interval_wider_than_allowed_does_not_pass() {
-        assert_eq!(judge(known(0.5, 0.2), &bound(1.0, Some(0.1)), 0).why, Why::TooUncertain);
-        assert_eq!(judge(known(0.5, 0.1), &bound(1.0, Some(0.2)), 0).verdict, Verdict::Pass);
+        assert_eq!(judge(known(0.5, 0.2), &bound(1.0, Some(0.1)), Grounds::default()).why, Why::TooUncertain);
+        assert_eq!(judge(known(0.5, 0.1), &bound(1.0, Some(0.2)), Grounds::default()).verdict, Verdict::Pass);
         // A failure beyond doubt stays one, however wide.
-        assert_eq!(judge(known(5.0, 0.2), &bound(1.0, Some(0.1)), 0).verdict, Verdict::Fail);
+        assert_eq!(judge(known(5.0, 0.2), &bound(1.0, Some(0.1)), Grounds::default()).verdict, Verdict::Fail);
     }
 
     #[test]

@@ -5,15 +5,19 @@
 //! | `published/<id>/` | `dataset.toml` and its tables: numbers as printed, holes left empty |
 //! | `actuators/<id>.toml` | chambers, dimensions, material, each value with its place in the paper |
 //! | `bounds/<actuator>.toml` | acceptance limits, each with its reason |
+//! | `rigs/<id>.toml` | instruments with their calibration |
 //!
-//! Lookup of an actuator or of bounds: the dataset's folder, its parents, then what is embedded here; the nearest wins.
+//! A user's own data are a `dataset.toml` (printed tables) or a `session.toml` (raw logs) in a folder.
+//!
+//! Lookup of an actuator, a rig or of bounds: the dataset's folder, its parents, then what is embedded here; the nearest wins.
 
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use pneuval_ingest::error::suggestion;
-use pneuval_ingest::manifest::{Actuator, PublishedDataset};
+use pneuval_ingest::manifest::{Actuator, PublishedDataset, Rig, SessionManifest};
+use pneuval_ingest::session::Session;
 use pneuval_ingest::{IngestError, limits};
 
 /// The embedded files: path below `datasets/`, and content.
@@ -36,7 +40,7 @@ pub enum DatasetError {
         path: PathBuf,
     },
     /// A folder holds no dataset.
-    #[error("{}: no dataset here\n  expected: a dataset.toml in this folder or below\n  next:     name a dataset's folder, or no path for the embedded papers", path.display())]
+    #[error("{}: no dataset here\n  expected: a dataset.toml or session.toml in this folder or below\n  next:     `pneuval init` writes a first session.toml from the logs in a folder; without a path the embedded papers are validated", path.display())]
     NoDataset {
         /// The folder.
         path: PathBuf,
@@ -50,6 +54,18 @@ pub enum DatasetError {
         file: String,
         /// The actuator it names.
         actuator: String,
+        /// What to do.
+        next: String,
+    },
+    /// A session names a rig that nobody describes.
+    #[error(
+        "{file}: key `rig`\n  expected: a rig.toml of that id beside it, above it, or embedded\n  found:    `{rig}`\n  next:     {next}"
+    )]
+    UnknownRig {
+        /// The session.
+        file: String,
+        /// The rig it names.
+        rig: String,
         /// What to do.
         next: String,
     },
@@ -78,15 +94,36 @@ pub struct Located {
     pub bytes: Vec<u8>,
     /// Whether it is one of the embedded files.
     pub embedded: bool,
+    /// The folder it lies in.
+    folder: Folder,
 }
 
-/// A dataset with its actuator and the bounds that apply to it.
+/// What was found in a folder.
+#[derive(Debug, Clone)]
+pub enum FoundData {
+    /// A paper's printed tables.
+    Published(Box<PublishedDataset>),
+    /// Raw logs.
+    Session(Box<Session>),
+}
+
+impl FoundData {
+    /// Its id.
+    pub fn id(&self) -> &str {
+        match self {
+            Self::Published(dataset) => &dataset.id,
+            Self::Session(session) => &session.manifest.id,
+        }
+    }
+}
+
+/// A dataset or session with its actuator and the bounds that apply to it.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// `dataset.toml`, for messages.
+    /// `dataset.toml` or `session.toml`, for messages.
     pub file: String,
-    /// The dataset.
-    pub dataset: PublishedDataset,
+    /// The data.
+    pub data: FoundData,
     /// The actuator, and its path relative to the dataset's folder.
     pub actuator: Actuator,
     /// That path.
@@ -96,9 +133,19 @@ pub struct Found {
 }
 
 /// A place where files lie: a folder on disk, or one embedded here.
+#[derive(Debug, Clone, PartialEq, Eq)]
 enum Folder {
     Disk(PathBuf),
     Embedded(String),
+}
+
+/// The files that make a folder one of data.
+const MANIFESTS: [&str; 2] = ["dataset.toml", "session.toml"];
+
+/// A manifest in a folder.
+struct Place {
+    folder: Folder,
+    manifest: &'static str,
 }
 
 /// Every dataset below the given paths, by id; without paths, the embedded papers.
@@ -106,16 +153,18 @@ enum Folder {
 /// # Errors
 /// The first path that does not exist or holds no dataset, and the first file that cannot be read or is malformed.
 pub fn find(paths: &[PathBuf]) -> Result<Vec<Found>, DatasetError> {
-    let mut folders = Vec::new();
+    let mut folders: Vec<Place> = Vec::new();
     if paths.is_empty() {
         let names = EMBEDDED.iter().filter_map(|(name, _)| name.strip_suffix("/dataset.toml"));
-        folders.extend(names.map(|name| Folder::Embedded(name.to_owned())));
+        let place = |name: &str| Place { folder: Folder::Embedded(name.to_owned()), manifest: MANIFESTS[0] };
+        folders.extend(names.map(place));
     }
     for path in paths {
         let before = folders.len();
-        if path.is_file() && path.file_name().is_some_and(|name| name == "dataset.toml") {
+        let named = MANIFESTS.into_iter().find(|name| path.file_name().is_some_and(|n| n == *name));
+        if let Some(manifest) = named.filter(|_| path.is_file()) {
             let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            folders.push(Folder::Disk(parent.to_owned()));
+            folders.push(Place { folder: Folder::Disk(parent.to_owned()), manifest });
         } else if path.is_dir() {
             collect(path, DEPTH_MAX, &mut folders)?;
         } else if !path.exists() {
@@ -128,12 +177,13 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<Found>, DatasetError> {
     let mut found: Vec<Found> = Vec::new();
     for folder in &folders {
         let item = folder.load()?;
-        if let Some(other) = found.iter().find(|f| f.dataset.id == item.dataset.id) {
-            return Err(DatasetError::DuplicateId { file: item.file, other: other.file.clone(), id: item.dataset.id });
+        if let Some(other) = found.iter().find(|f| f.data.id() == item.data.id()) {
+            let id = item.data.id().to_owned();
+            return Err(DatasetError::DuplicateId { file: item.file, other: other.file.clone(), id });
         }
         found.push(item);
     }
-    found.sort_by(|a, b| a.dataset.id.cmp(&b.dataset.id));
+    found.sort_by(|a, b| a.data.id().cmp(b.data.id()));
     Ok(found)
 }
 
@@ -160,10 +210,9 @@ fn unknown_actuator(file: &str, id: &str) -> DatasetError {
 }
 
 /// Datasets below a folder, in the order of their names; hidden folders and links are left out.
-fn collect(folder: &Path, depth: usize, found: &mut Vec<Folder>) -> Result<(), IngestError> {
-    if folder.join("dataset.toml").is_file() {
-        found.push(Folder::Disk(folder.to_owned()));
-    }
+fn collect(folder: &Path, depth: usize, found: &mut Vec<Place>) -> Result<(), IngestError> {
+    let here = MANIFESTS.into_iter().filter(|name| folder.join(name).is_file());
+    found.extend(here.map(|manifest| Place { folder: Folder::Disk(folder.to_owned()), manifest }));
     if depth == 0 {
         return Ok(());
     }
@@ -180,20 +229,42 @@ fn collect(folder: &Path, depth: usize, found: &mut Vec<Folder>) -> Result<(), I
     below.iter().try_for_each(|path| collect(path, depth - 1, found))
 }
 
-impl Folder {
+impl Place {
     fn load(&self) -> Result<Found, DatasetError> {
-        let (file, bytes) = self.read("dataset.toml")?;
-        let dataset = PublishedDataset::read(&file, &bytes, &|name| self.read(name))?;
-        let Some((actuator, actuator_file)) = self.actuator(&dataset.actuator)? else {
-            return Err(unknown_actuator(&file, &dataset.actuator));
+        let folder = &self.folder;
+        let (file, bytes) = folder.read(self.manifest)?;
+        let data = if self.manifest == MANIFESTS[0] {
+            FoundData::Published(Box::new(PublishedDataset::read(&file, &bytes, &|name| folder.read(name))?))
+        } else {
+            let manifest = SessionManifest::read(&file, &bytes)?;
+            let rig = manifest.rig.as_deref().map(|id| folder.rig(&file, id)).transpose()?;
+            FoundData::Session(Box::new(Session::load(manifest, rig, &|name| folder.read_log(name))?))
         };
-        let bounds_name = format!("bounds/{}.toml", dataset.actuator);
-        let bounds = self.lookup(&["bounds.toml", &bounds_name])?;
-        Ok(Found { file, dataset, actuator, actuator_file, bounds })
+        let id = match &data {
+            FoundData::Published(dataset) => &dataset.actuator,
+            FoundData::Session(session) => &session.manifest.actuator,
+        };
+        let Some((actuator, actuator_file)) = folder.actuator(id)? else {
+            return Err(unknown_actuator(&file, id));
+        };
+        let bounds_name = format!("bounds/{id}.toml");
+        let bounds = folder.lookup(&["bounds.toml", &bounds_name])?;
+        Ok(Found { file, data, actuator, actuator_file, bounds })
     }
+}
 
+impl Folder {
     /// A file of this folder: its name for messages, and its bytes.
     fn read(&self, name: &str) -> Result<(String, Vec<u8>), IngestError> {
+        self.read_up_to(name, limits::WRITTEN_BYTES_MAX)
+    }
+
+    /// The same for a log, which may be large.
+    fn read_log(&self, name: &str) -> Result<(String, Vec<u8>), IngestError> {
+        self.read_up_to(name, limits::LOG_BYTES_MAX)
+    }
+
+    fn read_up_to(&self, name: &str, limit: u64) -> Result<(String, Vec<u8>), IngestError> {
         match self {
             Self::Disk(folder) => {
                 let path = folder.join(name);
@@ -202,7 +273,7 @@ impl Folder {
                     let outside = std::io::Error::other("it is a link that leads out of its folder");
                     return Err(IngestError::read(&path, outside));
                 }
-                let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
+                let bytes = limits::read(&path, limit)?;
                 Ok((path.display().to_string(), bytes))
             }
             Self::Embedded(folder) => {
@@ -215,16 +286,39 @@ impl Folder {
         }
     }
 
-    /// The nearest actuator of an id: at each level `actuator.toml`, if it is of this id, or `actuators/<id>.toml`.
+    /// The nearest actuator of an id: at each level `actuator.toml`, if it is of this id, or `actuators/<id>.toml`. One without an
+    /// id, which `pneuval init` writes, serves where there is no other, for the data beside it.
     fn actuator(&self, id: &str) -> Result<Option<(Actuator, String)>, IngestError> {
+        let mut draft = None;
         for located in self.candidates(&["actuator.toml", &format!("actuators/{id}.toml")])? {
             let located = located?;
-            let actuator = Actuator::read(&located.file, &located.bytes)?;
-            if actuator.id == id {
+            let beside = |name: &str| located.folder.read(name);
+            let actuator = Actuator::read(&located.file, &located.bytes, id, &beside)?;
+            if actuator.draft {
+                if located.relative == "actuator.toml" {
+                    draft = Some((actuator, located.relative));
+                }
+            } else if actuator.id == id {
                 return Ok(Some((actuator, located.relative)));
             }
         }
-        Ok(None)
+        Ok(draft)
+    }
+
+    /// The nearest rig of an id: at each level `rig.toml`, if it is of this id, or `rigs/<id>.toml`.
+    fn rig(&self, file: &str, id: &str) -> Result<Rig, DatasetError> {
+        let mut seen = Vec::new();
+        for located in self.candidates(&["rig.toml", &format!("rigs/{id}.toml")])? {
+            let located = located?;
+            let rig = Rig::read(&located.file, &located.bytes)?;
+            if rig.id == id {
+                return Ok(rig);
+            }
+            seen.push(rig.id);
+        }
+        let embedded = EMBEDDED.iter().filter_map(|(name, _)| name.strip_prefix("rigs/")?.strip_suffix(".toml"));
+        let next = suggestion(id, seen.iter().map(String::as_str).chain(embedded));
+        Err(DatasetError::UnknownRig { file: file.to_owned(), rig: id.to_owned(), next })
     }
 
     /// The nearest of the named files.
@@ -254,7 +348,9 @@ impl Folder {
                 path.is_file().then(|| {
                     let relative = format!("{}{name}", "../".repeat(level));
                     let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
-                    Ok(Located { file: shown.join(&relative).display().to_string(), relative, bytes, embedded: false })
+                    let file = shown.join(&relative);
+                    let folder = Folder::Disk(file.parent().map(Path::to_owned).unwrap_or_default());
+                    Ok(Located { file: file.display().to_string(), relative, bytes, embedded: false, folder })
                 })
             })
         });
@@ -266,6 +362,7 @@ impl Folder {
                 relative: format!("../../{name}"),
                 bytes,
                 embedded: true,
+                folder: Folder::Embedded(name.rsplit_once('/').map_or(String::new(), |(folder, _)| folder.to_owned())),
             }))
         });
         Ok(on_disk.chain(embedded))

@@ -42,7 +42,17 @@ impl<'a> Document<'a> {
         found: impl Into<String>,
         next: impl Into<String>,
     ) -> IngestError {
-        let line = self.line_of(span.start);
+        self.malformed_at(self.line_of(span.start), expected, found, next)
+    }
+
+    /// An error at a line of this document.
+    pub fn malformed_at(
+        &self,
+        line: usize,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        next: impl Into<String>,
+    ) -> IngestError {
         let item = self.key_on_line(line).map(|key| format!("key `{key}`"));
         let place = Place::new(self.file, Some(line), item);
         IngestError::Malformed { place, expected: expected.into(), found: found.into(), next: next.into() }
@@ -85,11 +95,12 @@ impl<'a> Document<'a> {
         }
         if let Some((found, expected)) = message.split_once(", expected ") {
             let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
-            let expected = match expected {
-                "f64" => "a number",
-                other => other,
+            let (expected, next) = match expected {
+                "f64" => ("a number", "correct the value"),
+                "a string" => ("text in quotes", "put it in quotes"),
+                other => (other, "correct the value"),
             };
-            return self.malformed(span, expected, found, "correct the value");
+            return self.malformed(span, expected, found, next);
         }
         let found = if at_span.is_empty() || at_span.contains('\n') { "something else" } else { at_span };
         self.malformed(span, format!("valid TOML ({message})"), found, "correct the line")

@@ -78,6 +78,18 @@ pub enum IngestError {
         /// What to do.
         next: String,
     },
+    /// What an instrument wrote cannot be used, whatever the user writes.
+    #[error("{place}\n  expected: {expected}\n  found:    {found}\n  next:     {next}")]
+    Unusable {
+        /// Where.
+        place: Place,
+        /// What should stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+        /// What to do.
+        next: String,
+    },
     /// A Parquet file could not be written or read.
     #[error("{}: Parquet: {message}", path.display())]
     Parquet {
@@ -132,9 +144,13 @@ pub fn suggestion<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>)
         .iter()
         .map(|c| (strsim::damerau_levenshtein(&word.to_lowercase(), &c.to_lowercase()), *c))
         .min_by_key(|(distance, _)| *distance);
+    // `stroke` where there is only `stroke [mm]`.
+    let mut begin = candidates.iter().copied().filter(|c| !word.is_empty() && c.starts_with(word));
+    let one_begins = begin.next().filter(|_| begin.next().is_none());
     match nearest {
         Some((distance, name)) if distance <= 1 + name.chars().count() / 3 => format!("did you mean `{name}`?"),
         _ if candidates.is_empty() => "remove it".to_owned(),
+        _ if let Some(name) = one_begins => format!("did you mean `{name}`?"),
         _ => format!("use one of: {}", candidates.join(", ")),
     }
 }

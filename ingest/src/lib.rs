@@ -8,17 +8,27 @@
 //! | [`number`] | a printed number with the interval its last digit leaves open |
 //! | [`document`] | TOML with file, line and key in every error |
 //! | [`table`] | CSV tables with a name row and a unit row |
-//! | [`manifest`] | the files a user writes: actuators, published datasets |
+//! | [`formats`] | raw logs as instruments write them |
+//! | [`finding`] | what is odd about recorded data; gaps and steps back in time |
+//! | [`manifest`] | the files a user writes: actuators, published datasets, rigs, sessions |
+//! | [`calibration`] | from what an instrument puts out to what it measures |
+//! | [`draft`] | a first description of logs nobody has described |
+//! | [`session`] | logs to channels in SI units, with findings |
 //! | [`limits`] | sizes checked before anything is read |
 //! | [`store`] | Parquet; the only module that sees polars |
 //! | [`digest`] | SHA-256, as `sha256sum` prints it |
 
+pub mod calibration;
 pub mod digest;
 pub mod document;
+pub mod draft;
 pub mod error;
+pub mod finding;
+pub mod formats;
 pub mod limits;
 pub mod manifest;
 pub mod number;
+pub mod session;
 pub mod store;
 pub mod table;
 pub mod units;

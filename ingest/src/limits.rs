@@ -18,6 +18,18 @@ pub const TABLE_COLUMNS_MAX: usize = 1_000;
 /// Stored results.
 pub const RESULTS_BYTES_MAX: u64 = 1 << 30;
 
+/// A raw log: hours of several channels at 1 kHz.
+pub const LOG_BYTES_MAX: u64 = 4 << 30;
+
+/// Channels of a raw log.
+pub const LOG_COLUMNS_MAX: usize = 4_096;
+
+/// Cells of a raw log, 8 bytes each: short lines under a wide header would ask for far more memory than the file is long.
+pub const LOG_CELLS_MAX: usize = 1 << 28;
+
+/// A line of a raw log.
+pub const LINE_BYTES_MAX: usize = 1 << 20;
+
 /// A whole file, if it is not larger than the limit.
 ///
 /// # Errors

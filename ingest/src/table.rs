@@ -128,6 +128,13 @@ impl Table {
         malformed(place, needed, "no number".to_owned(), "fill in the cell or remove the row")
     }
 
+    /// The error of a cell that is a number, but not one that may stand there.
+    pub fn malformed(&self, row: usize, column: &str, expected: &str, next: &str) -> IngestError {
+        let place = Place::new(&self.file, Some(self.rows[row].line), Some(format!("column `{column}`")));
+        let found = self.names.iter().position(|n| n == column).map_or("", |i| self.text(row, i));
+        malformed(place, expected, shown(found), next)
+    }
+
     /// The error of a column that nobody declared.
     pub fn undeclared(&self, column: &str, declared: &[&str]) -> IngestError {
         let place = Place::new(&self.file, Some(self.names_line), Some(format!("column `{column}`")));

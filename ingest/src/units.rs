@@ -21,6 +21,18 @@ pub enum Dimension {
     Time,
     /// V.
     Voltage,
+    /// Hz.
+    Frequency,
+    /// Ohm.
+    Resistance,
+    /// rad/Pa: bending per pressure.
+    AnglePerPressure,
+    /// m/Pa: elongation or deflection per pressure.
+    LengthPerPressure,
+    /// 1/(m Pa): curvature per pressure.
+    CurvaturePerPressure,
+    /// m⁴: second moment of area.
+    SecondMomentOfArea,
     /// A pure number or a share.
     Ratio,
 }
@@ -37,6 +49,12 @@ impl Dimension {
             Self::Area => "m2",
             Self::Time => "s",
             Self::Voltage => "V",
+            Self::Frequency => "Hz",
+            Self::Resistance => "Ohm",
+            Self::AnglePerPressure => "rad/Pa",
+            Self::LengthPerPressure => "m/Pa",
+            Self::CurvaturePerPressure => "1/(m Pa)",
+            Self::SecondMomentOfArea => "m4",
             Self::Ratio => "1",
         }
     }
@@ -52,6 +70,12 @@ impl Dimension {
             Self::Area => "an area (mm2, cm2, m2)",
             Self::Time => "a time (s, ms)",
             Self::Voltage => "a voltage (V, mV)",
+            Self::Frequency => "a frequency (Hz, kHz)",
+            Self::Resistance => "a resistance (Ohm, kOhm)",
+            Self::AnglePerPressure => "an angle per pressure (rad/Pa, deg/kPa)",
+            Self::LengthPerPressure => "a length per pressure (m/Pa, mm/kPa)",
+            Self::CurvaturePerPressure => "a curvature per pressure (1/(m Pa), 1/(m kPa))",
+            Self::SecondMomentOfArea => "a second moment of area (mm4, m4)",
             Self::Ratio => "a number or share (1, %)",
         }
     }
@@ -67,6 +91,12 @@ impl Dimension {
             Self::Area => "mm2",
             Self::Time => "s",
             Self::Voltage => "V",
+            Self::Frequency => "Hz",
+            Self::Resistance => "Ohm",
+            Self::AnglePerPressure => "deg/kPa",
+            Self::LengthPerPressure => "mm/kPa",
+            Self::CurvaturePerPressure => "1/(m kPa)",
+            Self::SecondMomentOfArea => "mm4",
             Self::Ratio => "1",
         };
         // Every symbol above stands in `UNITS`; `every_display_unit_is_known` holds it to that.
@@ -100,6 +130,13 @@ const UNITS: &[Unit] = &[
     unit("bar", Dimension::Pressure, 1e5),
     // 1 lbf (0.45359237 kg × 9.80665 m/s²) on 1 in² (25.4 mm squared), all exact by definition.
     unit("psi", Dimension::Pressure, 0.453_592_37 * 9.806_65 / (0.0254 * 0.0254)),
+    unit("N/mm2", Dimension::Pressure, 1e6),
+    unit("N/cm2", Dimension::Pressure, 1e4),
+    // 101325 Pa / 760, by definition.
+    unit("Torr", Dimension::Pressure, 101_325.0 / 760.0),
+    // Conventional density of mercury, 13 595.1 kg/m³, and standard gravity; 25.4 times that for an inch.
+    unit("mmHg", Dimension::Pressure, 133.322_387_415),
+    unit("inHg", Dimension::Pressure, 25.4 * 133.322_387_415),
     unit("m", Dimension::Length, 1.0),
     unit("cm", Dimension::Length, 1e-2),
     unit("mm", Dimension::Length, 1e-3),
@@ -109,21 +146,160 @@ const UNITS: &[Unit] = &[
     unit("deg", Dimension::Angle, std::f64::consts::PI / 180.0),
     unit("N", Dimension::Force, 1.0),
     unit("mN", Dimension::Force, 1e-3),
+    unit("kN", Dimension::Force, 1e3),
+    // Standard gravity, 9.80665 m/s², on 1 kg, 1 g and 1 lb (0.45359237 kg), all exact by definition.
+    unit("kgf", Dimension::Force, 9.806_65),
+    unit("gf", Dimension::Force, 9.806_65e-3),
+    unit("lbf", Dimension::Force, 0.453_592_37 * 9.806_65),
     unit("kg", Dimension::Mass, 1.0),
     unit("g", Dimension::Mass, 1e-3),
     unit("m2", Dimension::Area, 1.0),
     unit("cm2", Dimension::Area, 1e-4),
     unit("mm2", Dimension::Area, 1e-6),
+    unit("m4", Dimension::SecondMomentOfArea, 1.0),
+    unit("mm4", Dimension::SecondMomentOfArea, 1e-12),
     unit("s", Dimension::Time, 1.0),
     unit("ms", Dimension::Time, 1e-3),
+    unit("us", Dimension::Time, 1e-6),
     unit("min", Dimension::Time, 60.0),
+    unit("h", Dimension::Time, 3600.0),
     unit("V", Dimension::Voltage, 1.0),
     unit("mV", Dimension::Voltage, 1e-3),
+    unit("Hz", Dimension::Frequency, 1.0),
+    unit("kHz", Dimension::Frequency, 1e3),
+    unit("Ohm", Dimension::Resistance, 1.0),
+    unit("kOhm", Dimension::Resistance, 1e3),
+    unit("rad/Pa", Dimension::AnglePerPressure, 1.0),
+    unit("rad/kPa", Dimension::AnglePerPressure, 1e-3),
+    unit("deg/kPa", Dimension::AnglePerPressure, std::f64::consts::PI / 180.0 / 1e3),
+    unit("deg/bar", Dimension::AnglePerPressure, std::f64::consts::PI / 180.0 / 1e5),
+    unit("m/Pa", Dimension::LengthPerPressure, 1.0),
+    unit("mm/kPa", Dimension::LengthPerPressure, 1e-6),
+    unit("mm/bar", Dimension::LengthPerPressure, 1e-8),
+    unit("1/(m Pa)", Dimension::CurvaturePerPressure, 1.0),
+    unit("1/(m kPa)", Dimension::CurvaturePerPressure, 1e-3),
+    unit("1/(m bar)", Dimension::CurvaturePerPressure, 1e-5),
     unit("1", Dimension::Ratio, 1.0),
     unit("%", Dimension::Ratio, 1e-2),
 ];
 
+/// Spellings in headers of logs that stand for one unit only. Case does not count in them, so none is here that would have another
+/// meaning in another case (`Mpa` may be MPa or mPa), and none that says more than the unit (`psig` is a gauge pressure).
+const SPELLINGS: &[(&str, &str)] = &[
+    ("pa", "Pa"),
+    ("kpa", "kPa"),
+    ("hpa", "hPa"),
+    ("gpa", "GPa"),
+    ("pascal", "Pa"),
+    ("kilopascal", "kPa"),
+    ("megapascal", "MPa"),
+    ("bar", "bar"),
+    ("millibar", "mbar"),
+    ("psi", "psi"),
+    ("torr", "Torr"),
+    ("mmhg", "mmHg"),
+    ("inhg", "inHg"),
+    ("n/mm^2", "N/mm2"),
+    ("n/mm²", "N/mm2"),
+    ("n/cm^2", "N/cm2"),
+    ("n/cm²", "N/cm2"),
+    ("metre", "m"),
+    ("meter", "m"),
+    ("centimetre", "cm"),
+    ("centimeter", "cm"),
+    ("millimetre", "mm"),
+    ("millimeter", "mm"),
+    ("micrometre", "um"),
+    ("micrometer", "um"),
+    ("micron", "um"),
+    ("µm", "um"),
+    ("inch", "in"),
+    ("inches", "in"),
+    ("°", "deg"),
+    ("deg", "deg"),
+    ("degree", "deg"),
+    ("rad", "rad"),
+    ("radian", "rad"),
+    ("newton", "N"),
+    ("millinewton", "mN"),
+    ("kilonewton", "kN"),
+    ("kgf", "kgf"),
+    ("lbf", "lbf"),
+    ("gram", "g"),
+    ("kg", "kg"),
+    ("kilogram", "kg"),
+    ("m²", "m2"),
+    ("m^2", "m2"),
+    ("cm²", "cm2"),
+    ("cm^2", "cm2"),
+    ("mm²", "mm2"),
+    ("mm^2", "mm2"),
+    ("sec", "s"),
+    ("second", "s"),
+    ("msec", "ms"),
+    ("millisecond", "ms"),
+    ("usec", "us"),
+    ("µs", "us"),
+    ("microsecond", "us"),
+    ("minute", "min"),
+    ("hr", "h"),
+    ("hour", "h"),
+    ("volt", "V"),
+    ("millivolt", "mV"),
+    ("hz", "Hz"),
+    ("khz", "kHz"),
+    ("hertz", "Hz"),
+    ("ohm", "Ohm"),
+    ("ω", "Ohm"),
+    ("kohm", "kOhm"),
+    ("kω", "kOhm"),
+    ("°/kpa", "deg/kPa"),
+    ("°/bar", "deg/bar"),
+    ("percent", "%"),
+];
+
+/// How a unit was written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spelling {
+    /// As its symbol.
+    Exact,
+    /// In another way that can mean nothing else.
+    Loose,
+}
+
 impl Unit {
+    /// Percent, in which papers print relative errors.
+    pub const PERCENT: Self = unit("%", Dimension::Ratio, 1e-2);
+
+    /// The unit that a header of a log means, brackets around it or not: for suggestions and for what a reader infers, never for
+    /// what a user writes, where only the symbol counts.
+    ///
+    /// ```
+    /// use pneuval_ingest::units::{Spelling, Unit};
+    /// let told = |text| Unit::parse_loose(text).map(|(unit, spelling)| (unit.symbol, spelling));
+    /// assert_eq!(told("[kPa]"), Some(("kPa", Spelling::Exact)));
+    /// assert_eq!(told("Degrees"), Some(("deg", Spelling::Loose)));
+    /// assert_eq!(told("Mpa"), None);
+    /// ```
+    pub fn parse_loose(text: &str) -> Option<(Self, Spelling)> {
+        let text = text.trim();
+        let inside = |open, close| text.strip_prefix(open).and_then(|t| t.strip_suffix(close));
+        let text = inside('(', ')').or(inside('[', ']')).unwrap_or(text).trim();
+        if let Some(unit) = Self::parse(text) {
+            return Some((unit, Spelling::Exact));
+        }
+        if text == "pA" {
+            return None;
+        }
+        // Two characters look like a micro sign, and two like an ohm sign; lower case makes one of the latter.
+        let lower = text.to_lowercase().replace('\u{3bc}', "µ");
+        let of = |word: &str| SPELLINGS.iter().find(|(spelling, _)| *spelling == word).map(|(_, symbol)| *symbol);
+        // Only whole words have a plural.
+        let singular = lower.strip_suffix('s').filter(|word| word.len() > 2 && word.is_ascii());
+        let symbol = of(&lower).or_else(|| singular.and_then(of))?;
+        Self::parse(symbol).map(|unit| (unit, Spelling::Loose))
+    }
+
     /// The unit of a symbol.
     pub fn parse(symbol: &str) -> Option<Self> {
         UNITS.iter().find(|u| u.symbol == symbol).copied()
@@ -152,6 +328,14 @@ impl Unit {
             "m2" => "m²",
             "cm2" => "cm²",
             "mm2" => "mm²",
+            "mm4" => "mm⁴",
+            "us" => "µs",
+            "Ohm" => "Ω",
+            "kOhm" => "kΩ",
+            "N/mm2" => "N/mm²",
+            "N/cm2" => "N/cm²",
+            "deg/kPa" => "°/kPa",
+            "deg/bar" => "°/bar",
             "1" => "",
             other => other,
         }
@@ -162,7 +346,7 @@ impl Unit {
 mod tests {
     use super::*;
 
-    const DIMENSIONS: [Dimension; 9] = [
+    const DIMENSIONS: [Dimension; 14] = [
         Dimension::Pressure,
         Dimension::Length,
         Dimension::Angle,
@@ -171,6 +355,11 @@ mod tests {
         Dimension::Area,
         Dimension::Time,
         Dimension::Voltage,
+        Dimension::Frequency,
+        Dimension::Resistance,
+        Dimension::AnglePerPressure,
+        Dimension::LengthPerPressure,
+        Dimension::CurvaturePerPressure,
         Dimension::Ratio,
     ];
 
@@ -196,5 +385,46 @@ mod tests {
         // pdms-wall steps in 1 psi, printed as 6.89 kPa.
         let psi = Unit::parse("psi").unwrap();
         assert!((psi.to_si(1.0) - 6_894.757_293_168).abs() < 1e-6);
+    }
+
+    #[test]
+    fn loose_spellings_are_of_known_units_and_mean_one_thing() {
+        for (i, (spelling, symbol)) in SPELLINGS.iter().enumerate() {
+            assert!(Unit::parse(symbol).is_some(), "{symbol}");
+            assert_eq!(*spelling, spelling.to_lowercase());
+            assert!(SPELLINGS[i + 1..].iter().all(|(other, _)| spelling != other), "{spelling}");
+        }
+        let told = |text| Unit::parse_loose(text).map(|(unit, spelling)| (unit.symbol, spelling == Spelling::Exact));
+        for (text, symbol) in [
+            ("Kpa", "kPa"),
+            ("KPA", "kPa"),
+            ("°", "deg"),
+            ("degrees", "deg"),
+            ("\u{b5}m", "um"),
+            ("\u{3bc}m", "um"),
+            ("mm²", "mm2"),
+            ("sec", "s"),
+            ("secs", "s"),
+            ("Volts", "V"),
+            ("(PSI)", "psi"),
+            ("\u{3a9}", "Ohm"),
+            ("\u{2126}", "Ohm"),
+        ] {
+            assert_eq!(told(text), Some((symbol, false)), "{text}");
+        }
+        assert_eq!(told(" [ mPa ] "), None);
+        assert_eq!(told("[MPa]"), Some(("MPa", true)));
+        for text in ["mpa", "Mpa", "pA", "psig", "mbars", "p", "", "S", "MS"] {
+            assert_eq!(told(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn units_of_force_and_mercury_have_their_defined_values() {
+        let si = |symbol| Unit::parse(symbol).map(|unit| unit.to_si(1.0)).unwrap();
+        assert!((si("lbf") - 4.448_221_615_260_5).abs() < 1e-12);
+        assert!((si("inHg") - 3_386.388_640_341).abs() < 1e-9);
+        assert!((si("Torr") - 133.322_368_421).abs() < 1e-9);
+        assert!((si("deg/kPa") - 1.745_329_251_994_33e-5).abs() < 1e-18);
     }
 }

@@ -73,11 +73,39 @@ pub enum ModelError {
         /// The value at the end of the branch.
         reach_max: f64,
     },
-    /// The quantity depends on several pressures, so one value does not determine them.
-    #[error("this quantity depends on {chambers} pressures: one value cannot determine them")]
+    /// One value of the quantity does not determine the pressure.
+    #[error("one value of the quantity does not determine the pressure: {why}")]
     NotInvertible {
-        /// How many pressures.
-        chambers: usize,
+        /// What stands in the way.
+        why: &'static str,
+    },
+    /// The quantity has several components where one number was asked for.
+    #[error("expected a quantity of one component, found {components} components: ask for all of them")]
+    NotScalar {
+        /// How many it has.
+        components: usize,
+    },
+    /// The form gives no finite number.
+    #[error(
+        "the result is {value} (component {component}), expected a finite number: the inputs or pressures are too large or too small"
+    )]
+    NotFinite {
+        /// Which component, counted from 0.
+        component: usize,
+        /// What came out.
+        value: f64,
+    },
+    /// The equation gives another unit than its quantity has, so its number means nothing.
+    #[error("{what} gives {found}, not {expected}: it is not {quantity}")]
+    NotThisUnit {
+        /// The equation.
+        what: &'static str,
+        /// The unit of the quantity.
+        expected: &'static str,
+        /// The unit that comes out.
+        found: &'static str,
+        /// The quantity, with its article.
+        quantity: &'static str,
     },
     /// The wrong number of chamber pressures was given.
     #[error("expected {expected} chamber pressure(s), found {found}")]

@@ -8,7 +8,7 @@ use pneuval_models::actuators::internal_support::{Consistent, Geometry, Printed}
 use pneuval_models::error::BranchEnd;
 use pneuval_models::kinematics::arc;
 use pneuval_models::least_squares::levenberg_marquardt;
-use pneuval_models::materials::{LoadCase, Yeoh};
+use pneuval_models::materials::Yeoh;
 use pneuval_models::solve::{Branch, Curve};
 use pneuval_models::{ModelError, catalogue};
 
@@ -18,94 +18,8 @@ fn slope(f: impl Fn(f64) -> f64, x: f64) -> f64 {
     (8.0 * (f(x + h) - f(x - h)) - (f(x + 2.0 * h) - f(x - 2.0 * h))) / (12.0 * h)
 }
 
-fn laws() -> Vec<Yeoh> {
-    vec![
-        Yeoh::new(0.05e6, 0.005e6, 0.0).unwrap(),
-        Yeoh::new(0.11e6, 0.02e6, 0.0).unwrap(),
-        Yeoh::new(0.3e6, -0.02e6, 0.004e6).unwrap(),
-        Yeoh::new(0.2e6, 0.0, 0.0).unwrap(),
-    ]
-}
-
 fn geometry() -> Geometry {
     Geometry::new(30e-3, 28e-3, 28e-3).unwrap()
-}
-
-#[test]
-fn stress_is_the_derivative_of_energy() {
-    for law in laws() {
-        for case in LoadCase::ALL {
-            for stretch in [0.6, 0.9, 1.000_1, 1.1, 1.7, 2.5, 4.0] {
-                let stress = law.nominal_stress_pa(case, stretch).unwrap();
-                let energy = |l: f64| law.energy_pa(case.i1_minus_3(l - 1.0));
-                let expected = slope(energy, stretch) / case.loaded_edges();
-                assert!(
-                    (stress - expected).abs() <= 1e-8 * stress.abs().max(1e4),
-                    "{law:?} {case:?} at {stretch}: {stress} against {expected}"
-                );
-            }
-        }
-    }
-}
-
-#[test]
-fn tangent_is_the_derivative_of_stress() {
-    for law in laws() {
-        for case in LoadCase::ALL {
-            for stretch in [0.7, 1.0, 1.3, 2.2, 3.5] {
-                let tangent = law.tangent_pa(case, stretch).unwrap();
-                let expected = slope(|l| law.nominal_stress_pa(case, l).unwrap(), stretch);
-                assert!((tangent - expected).abs() <= 1e-8 * tangent.abs().max(1e5), "{law:?} {case:?} at {stretch}");
-            }
-        }
-    }
-}
-
-#[test]
-fn invariants_are_those_of_the_principal_stretches() {
-    for l in [0.5_f64, 0.99, 1.0, 1.4, 3.0] {
-        for (case, stretches) in [
-            (LoadCase::Uniaxial, [l, l.powf(-0.5), l.powf(-0.5)]),
-            (LoadCase::Planar, [l, 1.0, 1.0 / l]),
-            (LoadCase::Equibiaxial, [l, l, l.powi(-2)]),
-        ] {
-            let expected = stretches.iter().map(|s| s * s).sum::<f64>() - 3.0;
-            assert!((case.i1_minus_3(l - 1.0) - expected).abs() < 1e-13 * (1.0 + expected.abs()), "{case:?} {l}");
-        }
-    }
-}
-
-#[test]
-fn stress_is_exactly_zero_undeformed_and_its_slope_is_the_modulus() {
-    for law in laws() {
-        let shear_modulus = 2.0 * law.energy_slope_pa(0.0);
-        for (case, times_shear_modulus) in
-            [(LoadCase::Uniaxial, 3.0), (LoadCase::Planar, 4.0), (LoadCase::Equibiaxial, 6.0)]
-        {
-            assert_eq!(law.nominal_stress_pa(case, 1.0), Ok(0.0));
-            let tangent = law.tangent_pa(case, 1.0).unwrap();
-            assert!((tangent / shear_modulus - times_shear_modulus).abs() < 1e-14, "{case:?}");
-        }
-    }
-}
-
-#[test]
-fn an_unstable_law_is_found_out_and_a_stable_one_is_not() {
-    let softening = Yeoh::new(0.1e6, -0.02e6, 0.0).unwrap();
-    let from = softening.unstable_from(LoadCase::Uniaxial, 3.0).unwrap().unwrap();
-    assert!(softening.tangent_pa(LoadCase::Uniaxial, from).unwrap() <= 0.0);
-    assert!(softening.tangent_pa(LoadCase::Uniaxial, from - 0.002).unwrap() > 0.0);
-    let paper = Yeoh::new(0.11e6, 0.02e6, 0.0).unwrap();
-    for case in LoadCase::ALL {
-        assert_eq!(paper.unstable_from(case, 6.0), Ok(None));
-    }
-}
-
-#[test]
-fn a_law_refuses_what_is_not_a_material() {
-    assert!(matches!(Yeoh::new(0.0, 1.0, 0.0), Err(ModelError::OutOfDomain { symbol: "C10", .. })));
-    assert!(matches!(Yeoh::new(1.0, f64::NAN, 0.0), Err(ModelError::OutOfDomain { symbol: "C20", .. })));
-    assert!(Yeoh::new(1.0, 0.0, 0.0).unwrap().nominal_stress_pa(LoadCase::Planar, -1.0).is_err());
 }
 
 #[test]
@@ -200,7 +114,9 @@ fn the_printed_pressure_is_negative_so_no_positive_pressure_has_a_solution() {
 fn eq_21_as_printed_needs_hundreds_of_mpa_unbent() {
     let entry = catalogue::find("dual-chamber-finger", "root-angle", "printed").unwrap();
     let model = entry.build(&entry.stated_inputs()).unwrap();
-    let Err(ModelError::BelowStart { start_gauge_pa, .. }) = model.predict(&[50e3]) else { panic!("has a solution") };
+    let Err(ModelError::BelowStart { start_gauge_pa, .. }) = model.predict_scalar(&[50e3]) else {
+        panic!("has a solution")
+    };
     assert!((start_gauge_pa / 551.2e6 - 1.0).abs() < 1e-3, "{start_gauge_pa}");
 }
 

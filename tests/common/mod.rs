@@ -47,11 +47,6 @@ summary = "A made-up actuator."
 pressure_gauge_max = { value = 30, unit = "kPa", source = "measured" }
 
 [geometry]
-
-[material]
-law = "yeoh"
-
-[material.constants]
 "#;
 
 const DATASET: &str = r#"schema = 1

@@ -79,6 +79,10 @@ pub enum Shape {
     Diamond,
     /// Cross.
     Cross,
+    /// Small disc: measured, where there are many.
+    Dot,
+    /// To the right: the value lies beyond.
+    Beyond,
 }
 
 impl Shape {
@@ -99,6 +103,8 @@ pub enum Layer {
     Line { points: Vec<(f64, f64)>, ink: Ink, dashed: bool },
     /// Marks, each with the text it gets if it lies outside the axes.
     Marks { points: Vec<(f64, f64, String)>, ink: Ink, shape: Shape },
+    /// Vertical bars from low to high at an x: intervals of measured values.
+    Bars { spans: Vec<(f64, f64, f64)>, ink: Ink },
     /// Words that end at a place.
     Words { at: (f64, f64), text: String, muted: bool },
 }
@@ -292,6 +298,13 @@ impl Chart {
                     self.draw_mark((*x, *y), label, *ink, *shape, plot)?;
                 }
             }
+            Layer::Bars { spans, ink } => {
+                for (x, low, high) in spans {
+                    for piece in self.clipped(&[(*x, *low), (*x, *high)]) {
+                        plot.draw_series([PathElement::new(piece, ink.colour().stroke_width(stroke(3)))])?;
+                    }
+                }
+            }
             Layer::Words { at, text: words, muted } => {
                 let style = text(22.0, if *muted { MUTED } else { INK }).pos(Pos::new(HPos::Right, VPos::Center));
                 plot.draw_series([Text::new(words.clone(), *at, style)])?;
@@ -340,8 +353,12 @@ impl Chart {
     fn draw_row_names(&self, root: &Area, plot: &Plot) -> Result<(), Box<dyn std::error::Error>> {
         for (i, name) in self.rows.iter().enumerate() {
             let (x, y) = plot.backend_coord(&(self.x.start, self.y.end - 0.5 - i as f64));
-            let style = text(23.0, INK).pos(Pos::new(HPos::Right, VPos::Center));
-            root.draw(&Text::new(name.clone(), (x - px(18), y), style))?;
+            let lines = wrapped(name, 25);
+            let top = y - px(13) * (i32::try_from(lines.len())? - 1);
+            for (line, words) in (0..).zip(lines) {
+                let style = text(22.0, INK).pos(Pos::new(HPos::Right, VPos::Center));
+                root.draw(&Text::new(words, (x - px(18), top + line * px(26)), style))?;
+            }
         }
         Ok(())
     }
@@ -440,6 +457,8 @@ fn draw_shape(
             area.draw(&Circle::new((x, y), px(12), WHITE.filled()))?;
             area.draw(&Circle::new((x, y), px(10), fill))?;
         }
+        Some(Shape::Dot) => area.draw(&Circle::new((x, y), px(4), fill))?,
+        Some(Shape::Beyond) => polygon(vec![(-9, -11), (11, 0), (-9, 11)])?,
         Some(Shape::Square) => polygon(vec![(-10, -10), (10, -10), (10, 10), (-10, 10)])?,
         Some(Shape::Triangle) => polygon(vec![(0, -13), (12, 9), (-12, 9)])?,
         Some(Shape::Diamond) => polygon(vec![(0, -14), (12, 0), (0, 14), (-12, 0)])?,

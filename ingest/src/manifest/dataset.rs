@@ -3,11 +3,14 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{check_id, check_schema};
+use super::comparison::{
+    Comparable, ComparisonSpec, OneOrMany, Quantity, RawComparison, RawQuantity, check_width, comparisons, not_judged,
+};
+use super::{ReadBeside, check_id, check_schema, read_named};
 use crate::digest;
 use crate::document::{Document, RawValue, Value, parse_unit};
-use crate::error::{IngestError, suggestion};
-use crate::number::Printed;
+use crate::error::{IngestError, shown};
+use crate::number::{self, Printed};
 use crate::table::Table;
 use crate::units::{Dimension, Unit};
 
@@ -24,6 +27,8 @@ pub struct PublishedDataset {
     pub tables: Vec<PublishedTable>,
     /// Which prediction is compared with which table.
     pub comparisons: Vec<ComparisonSpec>,
+    /// Errors that the paper states without the data behind them.
+    pub statistics: Vec<Statistic>,
     /// Results the paper states outside those tables.
     pub stated: Vec<Stated>,
     /// Tables shown, but not compared.
@@ -55,16 +60,8 @@ pub struct FileDigest {
     pub sha256: String,
 }
 
-/// What a table measures.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Quantity {
-    /// Its id, as in the model catalogue.
-    pub id: String,
-    /// Its name on pages.
-    pub title: String,
-    /// The unit it is shown in.
-    pub unit: Unit,
-}
+/// Values in SI units, one per component; `None` where print has a hole in any of them.
+pub type Cell = Option<Vec<Printed>>;
 
 /// A printed table: gauge pressures, the measured quantity, and columns of predictions, all in SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,8 +78,12 @@ pub struct PublishedTable {
     pub chambers: Vec<String>,
     /// Per row, the gauge pressure of each chamber.
     pub pressures_gauge_pa: Vec<Vec<f64>>,
-    /// Measured values; `None` is a hole in print.
-    pub measured: Vec<Option<Printed>>,
+    /// What stands beside the pressure at each point: a held angle, a wall thickness.
+    pub conditions: Vec<Condition>,
+    /// Per row, the value of each condition.
+    pub conditions_si: Vec<Vec<Printed>>,
+    /// Measured values.
+    pub measured: Vec<Cell>,
     /// Predictions printed beside them.
     pub predicted: Vec<PredictedColumn>,
     /// The file's line of each row.
@@ -98,38 +99,40 @@ pub struct PredictedColumn {
     pub form: String,
     /// Name in legends.
     pub title: String,
-    /// The numbers; `None` is a hole in print.
-    pub cells: Vec<Option<Printed>>,
+    /// The numbers.
+    pub cells: Vec<Cell>,
 }
 
-/// One row of `validate`: a prediction against the measured column of a quantity.
+/// A value that is set beside the pressure, and that a model takes as an input.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ComparisonSpec {
-    /// The quantity.
-    pub quantity: String,
-    /// Id of the prediction: a printed column, a catalogue form, or a fitted variant of one.
+pub struct Condition {
+    /// Its id, as the model's input.
+    pub id: String,
+    /// Its name on pages.
+    pub title: String,
+    /// The unit it is shown in.
+    pub unit: Unit,
+}
+
+/// An error that a paper states, without the data that would let anyone compute it again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Statistic {
+    /// What it is an error of.
+    pub quantity: Quantity,
+    /// Id of the prediction, such as `published-fea`.
     pub form: String,
-    /// The catalogue form it evaluates, where `form` names a variant.
-    pub model: Option<String>,
-    /// Name in legends and tables; the catalogue's where absent.
-    pub title: Option<String>,
-    /// Parameters calibrated first.
-    pub fit: Option<FitSpec>,
-    /// Why this comparison is shown but not judged.
+    /// Its name in legends and tables.
+    pub title: String,
+    /// Where in the paper.
+    pub place: String,
+    /// How the quantity was measured.
+    pub method: String,
+    /// The metrics stated: id, value in SI units (a share for a relative one), line of the file.
+    pub metrics: Vec<(String, Printed, usize)>,
+    /// Why it is shown but not judged.
     pub not_judged: Option<String>,
-    /// A sentence for the page, with `{{ }}` placeholders for computed numbers.
+    /// A sentence for the page.
     pub remark: Option<String>,
-    /// Where in `dataset.toml` it stands, for errors of whoever evaluates it.
-    pub line: usize,
-}
-
-/// A calibration before a comparison.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FitSpec {
-    /// The printed column (a prediction's form id, or `measured`) that is fitted.
-    pub to: String,
-    /// The parameters that move.
-    pub parameters: Vec<String>,
 }
 
 /// A result stated in the text.
@@ -173,6 +176,8 @@ struct Raw {
     #[serde(default)]
     comparison: Vec<RawComparison>,
     #[serde(default)]
+    statistic: Vec<RawStatistic>,
+    #[serde(default)]
     stated: Vec<RawStated>,
     #[serde(default)]
     listing: Vec<RawListing>,
@@ -191,17 +196,11 @@ struct RawTable {
     quantity: RawQuantity,
     place: String,
     pressure: Vec<RawPressure>,
+    #[serde(default)]
+    condition: Vec<RawCondition>,
     measured: RawMeasured,
     #[serde(default)]
     predicted: Vec<RawPredicted>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawQuantity {
-    id: Spanned<String>,
-    title: String,
-    unit: Spanned<String>,
 }
 
 #[derive(Deserialize)]
@@ -222,27 +221,37 @@ enum PressureReference {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawMeasured {
+struct RawCondition {
     column: String,
+    id: Spanned<String>,
+    title: String,
+    unit: Spanned<String>,
+    /// A setting is taken as it is printed, as pressures are; a result that is printed has digits that leave something open.
+    #[serde(default = "exact")]
+    exact: bool,
+}
+
+fn exact() -> bool {
+    true
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawMeasured {
+    column: Spanned<OneOrMany>,
     method: String,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawPredicted {
-    column: String,
+struct RawStatistic {
+    quantity: RawQuantity,
     form: Spanned<String>,
     title: String,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawComparison {
-    quantity: Spanned<String>,
-    form: Spanned<String>,
-    model: Option<Spanned<String>>,
-    title: Option<String>,
-    fit: Option<RawFit>,
+    place: String,
+    method: String,
+    /// Metric id to the number as printed, in the quantity's unit or in percent.
+    metrics: std::collections::BTreeMap<String, Spanned<String>>,
     judge: Option<Spanned<bool>>,
     reason: Option<String>,
     remark: Option<String>,
@@ -250,9 +259,10 @@ struct RawComparison {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawFit {
-    to: Spanned<String>,
-    parameters: Spanned<Vec<String>>,
+struct RawPredicted {
+    column: Spanned<OneOrMany>,
+    form: Spanned<String>,
+    title: String,
 }
 
 #[derive(Deserialize)]
@@ -270,22 +280,18 @@ struct RawListing {
     place: String,
 }
 
-/// Reads a file of the dataset's folder by its name: its full name for messages, and its bytes.
-pub type ReadBeside<'a> = &'a dyn Fn(&str) -> Result<(String, Vec<u8>), IngestError>;
-
 impl PublishedDataset {
     /// Reads a dataset and the tables it names.
     ///
     /// # Errors
-    /// [`IngestError::Malformed`] with file, line and key or cell; [`IngestError::Read`] for a table that is not there.
+    /// [`IngestError::Malformed`] with file, line and key or cell, or with the key that names a file that cannot be read.
     pub fn read(file: &str, bytes: &[u8], beside: ReadBeside) -> Result<Self, IngestError> {
         let document = Document::new(file, bytes)?;
         let raw: Raw = document.parse()?;
         check_schema(&document, &raw.schema)?;
         let mut files = vec![FileDigest { name: "dataset.toml".to_owned(), sha256: digest::sha256(bytes) }];
         let mut open = |name: &Spanned<String>| -> Result<Table, IngestError> {
-            check_inside(&document, name)?;
-            let (full, bytes) = beside(name.get_ref())?;
+            let (full, bytes) = read_named(&document, name, beside)?;
             files.push(FileDigest { name: name.get_ref().clone(), sha256: digest::sha256(&bytes) });
             Table::read(&full, &bytes)
         };
@@ -316,7 +322,20 @@ impl PublishedDataset {
                 rows: (0..table.height()).map(row).collect(),
             });
         }
-        let comparisons = comparisons(&document, &raw.comparison, &tables)?;
+        let comparable: Vec<Comparable> = tables.iter().map(PublishedTable::comparable).collect();
+        let comparisons = comparisons(&document, &raw.comparison, &comparable)?;
+        let mut statistics: Vec<Statistic> = Vec::new();
+        for raw_statistic in &raw.statistic {
+            let s = raw_statistic.checked(&document)?;
+            let same = |quantity: &str, form: &str| quantity == s.quantity.id && form == s.form;
+            if statistics.iter().any(|o| same(&o.quantity.id, &o.form))
+                || comparisons.iter().any(|o| same(&o.quantity, &o.form))
+            {
+                let found = format!("`{}` of `{}` twice", s.form, s.quantity.id);
+                return Err(document.malformed(raw_statistic.form.span(), "every form once", found, "rename one"));
+            }
+            statistics.push(s);
+        }
         let stated = raw
             .stated
             .iter()
@@ -328,6 +347,7 @@ impl PublishedDataset {
             paper: raw.paper,
             tables,
             comparisons,
+            statistics,
             stated,
             listings,
             unprinted: raw.unprinted,
@@ -342,53 +362,32 @@ impl PublishedDataset {
     }
 }
 
+impl PublishedTable {
+    fn comparable(&self) -> Comparable<'_> {
+        Comparable { quantity: &self.quantity.id, columns: self.predicted.iter().map(|p| p.form.as_str()).collect() }
+    }
+}
+
 impl RawTable {
     fn checked(&self, document: &Document, table: &Table) -> Result<PublishedTable, IngestError> {
-        let unit = parse_unit(document, &self.quantity.unit)?;
-        let quantity =
-            Quantity { id: check_id(document, &self.quantity.id)?, title: self.quantity.title.clone(), unit };
-        let mut chambers = Vec::new();
-        let mut pressures_gauge_pa = vec![Vec::new(); table.height()];
-        for pressure in &self.pressure {
-            chambers.push(check_id(document, &pressure.chamber)?);
-            let column = table.column(&pressure.column, Dimension::Pressure)?;
-            for (row, cell) in column.cells.iter().enumerate() {
-                match cell {
-                    Some(cell) if cell.si.is_finite() => pressures_gauge_pa[row].push(cell.si),
-                    _ => return Err(table.hole(row, &pressure.column, "a pressure")),
-                }
-            }
-        }
-        if chambers.is_empty() {
-            return Err(document.malformed(
-                self.file.span(),
-                "at least one pressure column",
-                "none",
-                "declare `pressure`",
-            ));
-        }
-        let measured = table.column(&self.measured.column, unit.dimension)?.cells;
+        let quantity = self.quantity.checked(document)?;
+        let (chambers, pressures_gauge_pa) = self.pressures(document, table)?;
+        let (conditions, conditions_si) = self.conditions(document, table)?;
+        let measured = cells(document, table, &self.measured.column, &quantity)?;
         let mut predicted: Vec<PredictedColumn> = Vec::new();
         for raw in &self.predicted {
             let form = check_id(document, &raw.form)?;
             if predicted.iter().any(|p| p.form == form) {
-                return Err(document.malformed(
-                    raw.form.span(),
-                    "every form once",
-                    format!("`{form}` twice"),
-                    "rename one",
-                ));
+                let found = format!("`{form}` twice");
+                return Err(document.malformed(raw.form.span(), "every form once", found, "rename one"));
             }
-            if raw.column == self.measured.column {
-                let found = format!("`{}`, the measured column", raw.column);
-                return Err(document.malformed(
-                    raw.form.span(),
-                    "a prediction of its own",
-                    found,
-                    "name another column",
-                ));
+            let measured_names = self.measured.column.get_ref().names();
+            if let Some(name) = raw.column.get_ref().names().iter().find(|name| measured_names.contains(name)) {
+                let found = format!("`{name}`, the measured column");
+                let next = "name another column";
+                return Err(document.malformed(raw.form.span(), "a prediction of its own", found, next));
             }
-            let cells = table.column(&raw.column, unit.dimension)?.cells;
+            let cells = cells(document, table, &raw.column, &quantity)?;
             predicted.push(PredictedColumn { form, title: raw.title.clone(), cells });
         }
         self.check_all_declared(table)?;
@@ -400,11 +399,56 @@ impl RawTable {
             method: self.measured.method.clone(),
             chambers,
             pressures_gauge_pa,
+            conditions,
+            conditions_si,
             measured,
             predicted,
             lines: (0..table.height()).map(|row| table.line(row)).collect(),
             texts: table.names().iter().enumerate().map(|(i, name)| (name.clone(), column(i))).collect(),
         })
+    }
+
+    fn pressures(&self, document: &Document, table: &Table) -> Result<(Vec<String>, Vec<Vec<f64>>), IngestError> {
+        let mut chambers: Vec<String> = Vec::new();
+        let mut rows = vec![Vec::new(); table.height()];
+        for pressure in &self.pressure {
+            let chamber = check_id(document, &pressure.chamber)?;
+            if chambers.contains(&chamber) {
+                let found = format!("`{chamber}` twice");
+                return Err(document.malformed(pressure.chamber.span(), "every chamber once", found, "rename one"));
+            }
+            chambers.push(chamber);
+            for (row, cell) in rows.iter_mut().zip(every(table, &pressure.column, Dimension::Pressure, "a pressure")?) {
+                row.push(cell.si);
+            }
+        }
+        if chambers.is_empty() {
+            let next = "declare `pressure`";
+            return Err(document.malformed(self.file.span(), "at least one pressure column", "none", next));
+        }
+        Ok((chambers, rows))
+    }
+
+    fn conditions(
+        &self,
+        document: &Document,
+        table: &Table,
+    ) -> Result<(Vec<Condition>, Vec<Vec<Printed>>), IngestError> {
+        let mut conditions: Vec<Condition> = Vec::new();
+        let mut rows = vec![Vec::new(); table.height()];
+        for raw in &self.condition {
+            let id = raw.id.get_ref();
+            if conditions.iter().any(|c| &c.id == id) {
+                let found = format!("`{id}` twice");
+                return Err(document.malformed(raw.id.span(), "every condition once", found, "rename one"));
+            }
+            let unit = parse_unit(document, &raw.unit)?;
+            let cells = every(table, &raw.column, unit.dimension, "a value of the condition")?;
+            let open = |cell: Printed| if raw.exact { Printed { half_width_si: 0.0, ..cell } } else { cell };
+            rows.iter_mut().zip(cells).for_each(|(row, cell)| row.push(open(cell)));
+            conditions.push(Condition { id: id.clone(), title: raw.title.clone(), unit });
+        }
+        Ok((conditions, rows))
     }
 
     /// A column nobody declared would be data lost in silence.
@@ -413,8 +457,9 @@ impl RawTable {
             .pressure
             .iter()
             .map(|p| p.column.as_str())
-            .chain([self.measured.column.as_str()])
-            .chain(self.predicted.iter().map(|p| p.column.as_str()))
+            .chain(self.condition.iter().map(|c| c.column.as_str()))
+            .chain(self.measured.column.get_ref().names().iter().map(String::as_str))
+            .chain(self.predicted.iter().flat_map(|p| p.column.get_ref().names()).map(String::as_str))
             .collect();
         match table.names().iter().find(|name| !declared.contains(&name.as_str())) {
             None => Ok(()),
@@ -423,97 +468,62 @@ impl RawTable {
     }
 }
 
-fn comparisons(
-    document: &Document,
-    raw: &[RawComparison],
-    tables: &[PublishedTable],
-) -> Result<Vec<ComparisonSpec>, IngestError> {
-    let mut specs: Vec<ComparisonSpec> = Vec::new();
-    for r in raw {
-        let quantity = r.quantity.get_ref();
-        let Some(table) = tables.iter().find(|t| &t.quantity.id == quantity) else {
-            let next = suggestion(quantity, tables.iter().map(|t| t.quantity.id.as_str()));
-            return Err(document.malformed(
-                r.quantity.span(),
-                "a quantity of a table above",
-                format!("`{quantity}`"),
-                next,
-            ));
-        };
-        let form = check_id(document, &r.form)?;
-        if specs.iter().any(|s| &s.quantity == quantity && s.form == form) {
-            let found = format!("`{form}` of `{quantity}` twice");
-            return Err(document.malformed(r.form.span(), "every comparison once", found, "remove one"));
-        }
-        let printed = table.predicted.iter().any(|p| p.form == form);
-        let unused = r.model.as_ref().map(Spanned::span).or(r.fit.as_ref().map(|fit| fit.to.span()));
-        if let Some(span) = unused.filter(|_| printed) {
-            let found = format!("`{form}`, which is printed in the table");
-            return Err(document.malformed(
-                span,
-                "`model` and `fit` only for a form that is computed",
-                found,
-                "remove them",
-            ));
-        }
-        let fit = match &r.fit {
-            None => None,
-            Some(fit) => {
-                let to = fit.to.get_ref();
-                let known = table.predicted.iter().map(|p| p.form.as_str()).chain(["measured"]);
-                if !known.clone().any(|k| k == to) {
-                    let next = suggestion(to, known);
-                    return Err(document.malformed(fit.to.span(), "a column of the table", format!("`{to}`"), next));
-                }
-                let names = fit.parameters.get_ref();
-                if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
-                    return Err(document.malformed(
-                        fit.parameters.span(),
-                        "every parameter once",
-                        "one twice",
-                        "remove one",
-                    ));
-                }
-                if fit.parameters.get_ref().is_empty() {
-                    return Err(document.malformed(fit.parameters.span(), "at least one parameter", "none", "name it"));
-                }
-                Some(FitSpec { to: to.clone(), parameters: fit.parameters.get_ref().clone() })
-            }
-        };
-        let not_judged = match (&r.judge, &r.reason) {
-            (Some(judge), reason) if !judge.get_ref() => match reason {
-                Some(reason) if !reason.trim().is_empty() => Some(reason.clone()),
-                _ => {
-                    let next = "say why this comparison is not judged";
-                    return Err(document.malformed(judge.span(), "key `reason` beside judge = false", "nothing", next));
-                }
-            },
-            (_, Some(_)) => {
-                let next = "add judge = false, or move the reason to the bound";
-                return Err(document.malformed(r.form.span(), "`reason` only beside judge = false", "`reason`", next));
-            }
-            _ => None,
-        };
-        specs.push(ComparisonSpec {
-            quantity: quantity.clone(),
-            form,
-            model: r.model.as_ref().map(|m| m.get_ref().clone()),
-            title: r.title.clone(),
-            fit,
-            not_judged,
-            remark: r.remark.clone(),
-            line: document.line_of(r.form.span().start),
-        });
-    }
-    Ok(specs)
+/// A column that must have a number in every row.
+pub(super) fn every(
+    table: &Table,
+    column: &str,
+    dimension: Dimension,
+    needed: &str,
+) -> Result<Vec<Printed>, IngestError> {
+    let number = |(row, cell): (usize, Option<Printed>)| match cell {
+        Some(cell) if cell.si.is_finite() => Ok(cell),
+        _ => Err(table.hole(row, column, needed)),
+    };
+    table.column(column, dimension)?.cells.into_iter().enumerate().map(number).collect()
 }
 
-/// A dataset's files stay inside its folder.
-fn check_inside(document: &Document, name: &Spanned<String>) -> Result<(), IngestError> {
-    let text = name.get_ref();
-    let inside = std::path::Path::new(text).components().all(|part| matches!(part, std::path::Component::Normal(_)));
-    if inside && !text.is_empty() && !text.contains('\\') {
-        return Ok(());
+/// The values of a quantity, from one column per component.
+fn cells(
+    document: &Document,
+    table: &Table,
+    columns: &Spanned<OneOrMany>,
+    quantity: &Quantity,
+) -> Result<Vec<Cell>, IngestError> {
+    check_width(document, columns, quantity)?;
+    let names = columns.get_ref().names();
+    let columns = names.iter().map(|name| Ok(table.column(name, quantity.unit.dimension)?.cells));
+    let columns = columns.collect::<Result<Vec<_>, IngestError>>()?;
+    Ok((0..table.height()).map(|row| columns.iter().map(|column| column[row]).collect()).collect())
+}
+
+impl RawStatistic {
+    fn checked(&self, document: &Document) -> Result<Statistic, IngestError> {
+        let quantity = self.quantity.checked(document)?;
+        let mut metrics = Vec::new();
+        for (id, text) in &self.metrics {
+            // A relative error is printed in percent; which metrics are relative, whoever knows them says.
+            let unit = if id.starts_with("relative_") { Unit::PERCENT } else { quantity.unit };
+            let parsed = number::parse(text.get_ref()).filter(|(value, _)| value.is_finite());
+            let Some((value, half)) = parsed else {
+                let expected = "a number as printed, in quotes so that its digits count";
+                let next = "write it with a point, such as \"1.10\"";
+                return Err(document.malformed(text.span(), expected, shown(text.get_ref()), next));
+            };
+            let printed = Printed { si: unit.to_si(value), half_width_si: unit.to_si(half) };
+            metrics.push((id.clone(), printed, document.line_of(text.span().start)));
+        }
+        if metrics.is_empty() {
+            return Err(document.malformed(self.form.span(), "at least one metric", "none", "add it to `metrics`"));
+        }
+        Ok(Statistic {
+            quantity,
+            form: check_id(document, &self.form)?,
+            title: self.title.clone(),
+            place: self.place.clone(),
+            method: self.method.clone(),
+            metrics,
+            not_judged: not_judged(document, &self.form, self.judge.as_ref(), self.reason.as_deref())?,
+            remark: self.remark.clone(),
+        })
     }
-    Err(document.malformed(name.span(), "a file inside this folder", format!("`{text}`"), "move the file here"))
 }

@@ -1,13 +1,20 @@
 //! The files a user writes. Unknown keys are errors with the nearest known key.
 
 mod actuator;
+mod comparison;
 mod dataset;
+mod imported;
+mod rig;
+mod session;
 
-pub use actuator::{Actuator, Chamber};
+pub use actuator::{Actuator, Chamber, Material};
+pub use comparison::{ComparisonSpec, FitSpec, HoldOut, Quantity};
 pub use dataset::{
-    ComparisonSpec, FileDigest, FitSpec, Listing, Paper, PredictedColumn, PublishedDataset, PublishedTable, Quantity,
-    Stated,
+    Cell, Condition, FileDigest, Listing, Paper, PredictedColumn, PublishedDataset, PublishedTable, Stated, Statistic,
 };
+pub use imported::ImportedModel;
+pub use rig::{Instrument, Rig};
+pub use session::*;
 
 use toml::Spanned;
 
@@ -27,6 +34,35 @@ fn check_schema(document: &Document, schema: &Spanned<i64>) -> Result<(), Ingest
         schema.get_ref().to_string(),
         "use a program version that knows this schema",
     ))
+}
+
+/// Reads a file of the manifest's folder by its name: its full name for messages, and its bytes.
+pub type ReadBeside<'a> = &'a dyn Fn(&str) -> Result<(String, Vec<u8>), IngestError>;
+
+/// The files a manifest names stay inside its folder.
+fn check_inside(document: &Document, name: &Spanned<String>) -> Result<(), IngestError> {
+    let text = name.get_ref();
+    let inside = std::path::Path::new(text).components().all(|part| matches!(part, std::path::Component::Normal(_)));
+    if inside && !text.is_empty() && !text.contains('\\') {
+        return Ok(());
+    }
+    Err(document.malformed(name.span(), "a file inside this folder", shown(text), "move the file here"))
+}
+
+/// A file that a manifest names. One that cannot be read is told where it is named.
+fn read_named(
+    document: &Document,
+    name: &Spanned<String>,
+    beside: ReadBeside,
+) -> Result<(String, Vec<u8>), IngestError> {
+    check_inside(document, name)?;
+    beside(name.get_ref()).map_err(|error| match error {
+        IngestError::Read { .. } => {
+            let next = "correct the name, or put the file there";
+            document.malformed(name.span(), "a file that can be read", error.to_string(), next)
+        }
+        other => other,
+    })
 }
 
 /// Whether a text is an id: lower-case letters, digits, `-` and `.`, at most 80, starting with a letter or digit. Ids become

@@ -116,6 +116,7 @@ const TIP: Entry = Entry {
     actuator: "dual-chamber-finger",
     quantity: "tip-angle",
     quantity_si_unit: "rad",
+    components: &[],
     form: "",
     kind: FormKind::Reading,
     title: "",
@@ -125,6 +126,7 @@ const TIP: Entry = Entry {
     misprints: &[],
     chambers: &["tip"],
     parameters: TIP_PARAMETERS,
+    conditions: &[],
     checks: &[],
     stated: stated_inputs,
     builder: |i| Model::single(tip(i, TipReading::Printed)?),
@@ -213,7 +215,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             expected: 551.2,
             tolerance: 5e-2,
             unit: "MPa",
-            compute: || match stated("root-angle", "printed")?.predict(&[50e3]) {
+            compute: || match stated("root-angle", "printed")?.predict_scalar(&[50e3]) {
                 Err(ModelError::BelowStart { start_gauge_pa, .. }) => Ok(start_gauge_pa * 1e-6),
                 other => other,
             },
@@ -416,7 +418,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             expected: 244.082,
             tolerance: 5e-4,
             unit: "deg",
-            compute: || Ok(stated("total-angle", "printed-no-sheet")?.predict(&[40e3, 50e3])?.to_degrees()),
+            compute: || Ok(stated("total-angle", "printed-no-sheet")?.predict_scalar(&[40e3, 50e3])?.to_degrees()),
         }],
         builder: |i| {
             let tip = Branch::trace(Box::new(tip(i, TipReading::Printed)?))?;
@@ -504,11 +506,11 @@ fn stated(quantity: &str, form: &str) -> Result<Model, ModelError> {
 }
 
 fn tip_deg(form: &str, pressure_gauge_pa: f64) -> Result<f64, ModelError> {
-    Ok(stated("tip-angle", form)?.predict(&[pressure_gauge_pa])?.to_degrees())
+    Ok(stated("tip-angle", form)?.predict_scalar(&[pressure_gauge_pa])?.to_degrees())
 }
 
 fn root_deg(form: &str, pressure_gauge_pa: f64) -> Result<f64, ModelError> {
-    Ok(stated("root-angle", form)?.predict(&[pressure_gauge_pa])?.to_degrees())
+    Ok(stated("root-angle", form)?.predict_scalar(&[pressure_gauge_pa])?.to_degrees())
 }
 
 fn total_deg(form: &str, root_pressure_gauge_pa: f64) -> Result<f64, ModelError> {

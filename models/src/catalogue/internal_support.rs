@@ -20,6 +20,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         actuator: "internal-support",
         quantity: "outer-diameter",
         quantity_si_unit: "m",
+        components: &[],
         form: "printed",
         kind: FormKind::Printed,
         title: "printed",
@@ -34,6 +35,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         ],
         chambers: &["chamber"],
         parameters: PARAMETERS,
+        conditions: &[],
         checks: &[
             Check {
                 statement: "p(θ = 0.5) as printed, C10 0.05, C20 0.005 MPa",
@@ -64,6 +66,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         actuator: "internal-support",
         quantity: "outer-diameter",
         quantity_si_unit: "m",
+        components: &[],
         form: "consistent",
         kind: FormKind::Consistent,
         title: "consistent",
@@ -73,6 +76,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         misprints: &["departs from print: energy and volume of one shape, hoop stretch kept, L(0) = D"],
         chambers: &["chamber"],
         parameters: PARAMETERS,
+        conditions: &[],
         checks: &[
             length_check("L(t = 0.1)", 31.401_168, || soft()?.quantity_mm(0.1)),
             pressure_check("p(t = 0.1), C10 0.05, C20 0.005 MPa", 1.067_962_04e-3, 5e-12, || soft()?.pressure_mpa(0.1)),
@@ -91,7 +95,7 @@ pub(super) const ENTRIES: &[Entry] = &[
                 expected: 45.88,
                 tolerance: 5e-3,
                 unit: "mm",
-                compute: || Ok(Model::single(soft()?.0)?.predict(&[10e3])? * 1e3),
+                compute: || Ok(Model::single(soft()?.0)?.predict_scalar(&[10e3])? * 1e3),
             },
         ],
         stated: stated_inputs,

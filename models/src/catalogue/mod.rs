@@ -1,13 +1,20 @@
 //! Every model form that can be evaluated, with its source, range, misprints and executed check values.
 //!
-//! An [`Entry`] is what a user sees in `pneuval models`, and what builds a [`Model`] from named inputs. Forms whose print
-//! cannot be evaluated at all are not entries. A test runs every [`Check`] of every entry.
+//! An [`Entry`] is what a user sees in `pneuval models`, and what builds a [`Model`] from named inputs. Equations whose print
+//! cannot be evaluated at all are not entries: [`unevaluable`] lists them. A test runs every [`Check`] of every entry. A [`LawEntry`] is
+//! the same for a hyperelastic law.
 
+mod constant_curvature;
 mod dual_chamber_finger;
+mod fruit_finger;
 mod internal_support;
+mod laws;
 mod model;
+mod pdms_wall;
+mod wave_finger;
 
-pub use model::Model;
+pub use laws::{LAWS, LawEntry, find_law};
+pub use model::{Explicit, Model};
 
 use std::collections::BTreeMap;
 
@@ -22,6 +29,8 @@ pub enum FormKind {
     Consistent,
     /// One way to read what the paper leaves open, or a variant named as such.
     Reading,
+    /// A law that nobody printed: chosen, and said so.
+    Assumed,
 }
 
 impl FormKind {
@@ -31,16 +40,17 @@ impl FormKind {
             Self::Printed => "printed",
             Self::Consistent => "consistent",
             Self::Reading => "reading",
+            Self::Assumed => "assumed",
         }
     }
 }
 
-/// A named input of a form.
+/// A named input of a form, or a named constant of a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parameter {
-    /// Its name in the actuator file.
+    /// Its name in the actuator file, or beside the pressures of a table.
     pub name: &'static str,
-    /// Its SI unit: `m`, `Pa` or `1`.
+    /// Its SI unit: `m`, `m2`, `Pa`, `rad`, `N`, `1`, or a quotient: `m/Pa`, `rad/Pa`, `1/(m Pa)`.
     pub si_unit: &'static str,
     /// Symbol and meaning.
     pub meaning: &'static str,
@@ -69,6 +79,8 @@ pub struct Entry {
     pub quantity: &'static str,
     /// SI unit of the quantity.
     pub quantity_si_unit: &'static str,
+    /// The names of its components in order, `["x", "z"]` of a tip position; empty for a scalar.
+    pub components: &'static [&'static str],
     /// Its id, unique within actuator and quantity.
     pub form: &'static str,
     /// How it relates to the paper.
@@ -85,8 +97,11 @@ pub struct Entry {
     pub misprints: &'static [&'static str],
     /// The chambers whose gauge pressures it takes, in order.
     pub chambers: &'static [&'static str],
-    /// The inputs it needs.
+    /// The inputs it needs of the actuator.
     pub parameters: &'static [Parameter],
+    /// The inputs that are no property of the actuator: they stand beside the pressure at each point of a table (the angle at
+    /// which a finger is held, a wall's thickness, a measured angle).
+    pub conditions: &'static [Parameter],
     /// Numbers it must reproduce.
     pub checks: &'static [Check],
     stated: fn() -> Inputs,
@@ -94,13 +109,18 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The inputs the paper states, on which the check values rest.
-    /// What it leaves open (the width of a steel sheet) is assumed as in the embedded actuator file.
+    /// The inputs the paper states, on which the check values rest, and a representative value of each condition.
+    /// What the paper leaves open (the width of a steel sheet) is assumed.
     pub fn stated_inputs(&self) -> Inputs {
         (self.stated)()
     }
 
-    /// The model for given inputs.
+    /// Everything [`Entry::build`] asks for: parameters, then conditions.
+    pub fn inputs(&self) -> impl Iterator<Item = &'static Parameter> + use<> {
+        self.parameters.iter().chain(self.conditions)
+    }
+
+    /// The model for given inputs, parameters and conditions alike.
     ///
     /// # Errors
     /// [`ModelError::MissingParameter`], or [`ModelError::OutOfDomain`] for an input the equation refuses.
@@ -136,12 +156,56 @@ impl<S: Into<String>> FromIterator<(S, f64)> for Inputs {
     }
 }
 
+/// Printed equations that cannot be evaluated at all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unevaluable {
+    /// The actuator type they describe.
+    pub actuator: &'static str,
+    /// Which equations.
+    pub equations: &'static str,
+    /// Every reason.
+    pub why: &'static [&'static str],
+    /// Paper and place.
+    pub source: &'static str,
+}
+
+/// What is printed and cannot be evaluated, and why: nothing is invented to fill it.
+pub fn unevaluable() -> &'static [Unevaluable] {
+    wave_finger::UNEVALUABLE
+}
+
 /// Every entry, by actuator, quantity and form in the order in which they are reported.
 pub fn entries() -> impl Iterator<Item = &'static Entry> {
-    internal_support::ENTRIES.iter().chain(dual_chamber_finger::ENTRIES)
+    internal_support::ENTRIES
+        .iter()
+        .chain(dual_chamber_finger::ENTRIES)
+        .chain(wave_finger::ENTRIES)
+        .chain(fruit_finger::ENTRIES)
+        .chain(pdms_wall::ENTRIES)
+        .chain(constant_curvature::ENTRIES)
 }
 
 /// The entry of an actuator type, quantity and form.
 pub fn find(actuator: &str, quantity: &str, form: &str) -> Option<&'static Entry> {
     entries().find(|e| e.actuator == actuator && e.quantity == quantity && e.form == form)
+}
+
+/// A form at its stated inputs, some of them changed, at gauge pressures: what checks evaluate.
+fn evaluate(
+    (actuator, quantity, form): (&str, &str, &str),
+    changed: &[(Parameter, f64)],
+    pressures_gauge_pa: &[f64],
+) -> Result<Vec<f64>, ModelError> {
+    let entry = find(actuator, quantity, form)
+        .ok_or(ModelError::MissingParameter { name: "form", meaning: "a form of this catalogue" })?;
+    let mut inputs = entry.stated_inputs();
+    for (parameter, value_si) in changed {
+        inputs.set(parameter.name, *value_si);
+    }
+    entry.build(&inputs)?.predict(pressures_gauge_pa)
+}
+
+/// One component of it.
+fn component(values: &[f64], index: usize) -> Result<f64, ModelError> {
+    values.get(index).copied().ok_or(ModelError::NotScalar { components: values.len() })
 }

@@ -65,6 +65,11 @@ fn cubic_defect_of_slope(x: f64) -> f64 {
     }
 }
 
+/// `1 - sin x / x`, accurate to the last digits also near x = 0, where it is exactly 0.
+pub fn sinc_defect(x: f64) -> f64 {
+    x * x * cubic_defect_of_sine(x)
+}
+
 /// Stretch minus one, `t / sin t - 1`, accurate to the last digits also near t = 0.
 pub fn stretch_excess(half_angle_rad: f64) -> f64 {
     let t = half_angle_rad;

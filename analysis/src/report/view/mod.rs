@@ -1,15 +1,23 @@
 //! What pages show: stored numbers as text.
 
+mod session;
+mod tables;
+
 use serde::Serialize;
 
 use pneuval_ingest::units::Unit;
+
+use session::{MaterialView, SessionView};
+use tables::{MetricTable, PointTable};
 
 use super::figures::Figure;
 use super::group::{by_measurement, measurement_title};
 use crate::format;
 use crate::gate::{asked, limit_text, metric_text};
 use crate::metrics::Metric;
-use crate::results::{ActuatorRecord, Comparison, Decision, JudgementRecord, PointStatus, Results, Standing};
+use crate::results::{
+    ActuatorRecord, Comparison, Decision, FindingRecord, JudgementRecord, PointStatus, Results, Standing,
+};
 use crate::verdict::Verdict;
 
 /// The head of every page.
@@ -44,7 +52,16 @@ pub struct Index {
     pub decision: DecisionView,
     pub overview: Vec<Card>,
     pub rows: Vec<Row>,
-    pub findings: Vec<String>,
+    pub findings: Vec<FindingView>,
+    pub losses: Vec<String>,
+}
+
+/// A finding.
+#[derive(Serialize)]
+pub struct FindingView {
+    pub severity: &'static str,
+    pub place: String,
+    pub text: String,
 }
 
 /// An actuator on the index.
@@ -89,10 +106,15 @@ pub struct ActuatorPage<'a> {
     pub decision: DecisionView,
     pub rows: Vec<Row>,
     pub figures: Vec<FigureView>,
+    /// Some dataset names figures whose data are not printed.
+    pub unprinted: bool,
     pub tables: Vec<PointTable>,
     pub metrics: Vec<MetricTable>,
     pub forms: Vec<FormView>,
     pub inputs: Vec<InputView>,
+    pub materials: Vec<MaterialView>,
+    pub sessions: Vec<SessionView>,
+    pub findings: Vec<FindingView>,
     pub stated: Vec<StatedView>,
 }
 
@@ -103,51 +125,6 @@ pub struct FigureView {
     pub name: String,
     pub caption: String,
     pub data: String,
-}
-
-/// Measured and predicted values of one quantity, point by point.
-#[derive(Serialize)]
-pub struct PointTable {
-    pub title: String,
-    pub basis: &'static str,
-    pub source: String,
-    pub forms: Vec<String>,
-    pub points: Vec<PointRow>,
-}
-
-#[derive(Serialize)]
-pub struct PointRow {
-    pub pressure: String,
-    pub measured: String,
-    pub note: String,
-    pub predicted: Vec<Cell>,
-}
-
-#[derive(Serialize)]
-pub struct Cell {
-    pub value: String,
-    pub residual: String,
-}
-
-/// Every metric of one quantity, form by form.
-#[derive(Serialize)]
-pub struct MetricTable {
-    pub title: String,
-    pub names: Vec<&'static str>,
-    pub rows: Vec<MetricRow>,
-}
-
-#[derive(Serialize)]
-pub struct MetricRow {
-    pub title: String,
-    pub n: String,
-    pub cells: Vec<MetricCell>,
-}
-
-#[derive(Serialize)]
-pub struct MetricCell {
-    pub value: NotedText,
-    pub interval: String,
 }
 
 /// A form's equation and source.
@@ -200,7 +177,8 @@ pub fn index(results: &Results) -> Index {
         decision: decision(results, None),
         overview: results.actuators.iter().map(card).collect(),
         rows: rows_by_urgency(results),
-        findings: results.findings.iter().map(|f| f.text.clone()).collect(),
+        findings: results.findings.iter().map(finding).collect(),
+        losses: results.losses(),
     }
 }
 
@@ -227,7 +205,7 @@ fn row(results: &Results, c: &Comparison) -> Row {
         title: c.title.clone(),
         form: c.form.clone(),
         kind: c.kind.clone(),
-        n: format!("{} / {}", c.n_used, c.n_available),
+        n: counted(c),
         excluded: excluded(c),
         rmse: metric_cell(c, Metric::Rmse, unit),
         max: metric_cell(c, Metric::MaxAbsError, unit),
@@ -261,6 +239,7 @@ pub fn metric_cell(c: &Comparison, metric: Metric, unit: Unit) -> NotedText {
     let plain = |text: String| NotedText { text, note: String::new() };
     let Some(record) = c.metric(metric) else { return plain(DASH.to_owned()) };
     match (record.value, record.over_predicted_points) {
+        (Some(value), _) if c.metrics_printed => plain(stated_text(metric, value, record.upper, unit)),
         (Some(value), _) => plain(metric_text(metric, value, unit)),
         (None, Some(partial)) => {
             let note = format!("at {} of {} points", c.n_used, asked(c));
@@ -270,6 +249,15 @@ pub fn metric_cell(c: &Comparison, metric: Metric, unit: Unit) -> NotedText {
     }
 }
 
+/// A stated metric with the digits it is printed with.
+pub fn stated_text(metric: Metric, value: f64, upper: Option<f64>, unit: Unit) -> String {
+    let half = upper.map_or(0.0, |upper| upper - value);
+    if metric.is_ratio() || half <= 0.0 {
+        return metric_text(metric, value, unit);
+    }
+    format::quantity(value, unit, tables::printed_decimals(unit.from_si(half)))
+}
+
 /// A text and what must be known to read it.
 #[derive(Serialize)]
 pub struct NotedText {
@@ -277,6 +265,20 @@ pub struct NotedText {
     pub text: String,
     /// The note; often empty.
     pub note: String,
+}
+
+/// Points used of points available.
+pub fn counted(c: &Comparison) -> String {
+    if c.metrics_printed { "not printed".to_owned() } else { format!("{} / {}", c.n_used, c.n_available) }
+}
+
+fn finding(f: &FindingRecord) -> FindingView {
+    let file = f.file.as_deref().unwrap_or_default();
+    FindingView {
+        severity: f.severity.name(),
+        place: f.dataset.as_ref().map_or(String::new(), |id| format!("{id}, {file}")),
+        text: f.text.clone(),
+    }
 }
 
 /// Points that are not in the metrics, counted by reason.
@@ -289,6 +291,8 @@ pub fn excluded(c: &Comparison) -> String {
         (PointStatus::NotFinite, "not finite"),
         (PointStatus::PredictionNotPrinted, "prediction not printed"),
         (PointStatus::HoleInPrint, "not printed"),
+        (PointStatus::InFit, "in the fit"),
+        (PointStatus::NotCompared, "not compared"),
     ] {
         let n = count(status);
         if n > 0 {
@@ -337,6 +341,9 @@ pub fn decision(results: &Results, actuator: Option<&str>) -> DecisionView {
     let (tone, headline) = match decision {
         Decision::AsExpected => ("good", "Every verdict is as expected".to_owned()),
         Decision::Unexpected => ("bad", format!("{unexpected} of {} differ from what was expected", mine.len())),
+        Decision::Open if open == 0 && passed + known > 0 => {
+            ("open", "Data are lost or too many are excluded".to_owned())
+        }
         Decision::Open if passed + known + unexpected + open == 0 => ("open", "Nothing was judged".to_owned()),
         Decision::Open => ("open", format!("{open} of {} open: inconclusive or without a bound", mine.len())),
     };
@@ -366,10 +373,19 @@ pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figur
         decision: decision(results, Some(&record.id)),
         rows: mine.iter().map(|c| row(results, c)).collect(),
         figures: figures.iter().filter(|f| f.actuator == record.id).map(figure_view).collect(),
-        tables: groups.iter().filter_map(|group| point_table(group)).collect(),
-        metrics: groups.iter().filter_map(|group| metric_table(group)).collect(),
-        forms: mine.iter().map(|c| form_view(c)).collect(),
+        unprinted: record.datasets.iter().any(|d| !d.unprinted.is_empty()),
+        tables: groups.iter().filter_map(|group| tables::point_table(group)).collect(),
+        metrics: groups.iter().filter_map(|group| tables::metric_table(group)).collect(),
+        forms: mine.iter().filter(|c| c.kind != "none").map(|c| form_view(c)).collect(),
         inputs: record.inputs.iter().map(input_view).collect(),
+        materials: record.materials.iter().map(session::material).collect(),
+        sessions: record.datasets.iter().filter_map(session::session).collect(),
+        findings: results
+            .findings
+            .iter()
+            .filter(|f| f.dataset.as_ref().is_some_and(|id| record.datasets.iter().any(|d| d.id == *id)))
+            .map(finding)
+            .collect(),
         stated: record.datasets.iter().flat_map(|d| &d.stated).map(stated_view).collect(),
     }
 }
@@ -385,89 +401,6 @@ fn figure_view(figure: &Figure) -> FigureView {
     }
 }
 
-fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
-    let first = comparisons.first()?;
-    let unit = first.quantity.unit();
-    let points = first
-        .points
-        .iter()
-        .enumerate()
-        .map(|(i, point)| PointRow {
-            pressure: format::pressures(&point.pressures_gauge_pa, &first.chambers),
-            // A measured value is shown with the digits it was printed with.
-            measured: point.measured.map_or(DASH.to_owned(), |m| {
-                format::quantity(m, unit, printed_decimals(unit.from_si(point.measured_half_width)))
-            }),
-            note: match point.status {
-                PointStatus::ZeroReference => "reference, not in the metrics".to_owned(),
-                PointStatus::HoleInPrint => "not printed".to_owned(),
-                _ => String::new(),
-            },
-            predicted: comparisons.iter().map(|c| cell(c, i, unit)).collect(),
-        })
-        .collect();
-    Some(PointTable {
-        title: measurement_title(first),
-        basis: first.basis.label(),
-        source: first.measured_source.clone(),
-        forms: comparisons.iter().map(|c| c.title.clone()).collect(),
-        points,
-    })
-}
-
-fn cell(c: &Comparison, i: usize, unit: Unit) -> Cell {
-    let point = c.points.get(i);
-    let residual = point.and_then(|p| p.residual).map_or(String::new(), |r| {
-        let text = format::fixed(unit.from_si(r), 2);
-        if r > 0.0 { format!("+{text}") } else { text }
-    });
-    let value = point.and_then(|p| p.predicted.map(|v| (v, p.predicted_half_width)));
-    let value = value.map_or("no prediction".to_owned(), |(v, half)| {
-        let decimals = if half > 0.0 { printed_decimals(unit.from_si(half)) } else { format::error_decimals(unit) };
-        format::quantity(v, unit, decimals)
-    });
-    Cell { value, residual }
-}
-
-/// Decimals of a printed number from half a unit of its last digit: 0.005 is two.
-fn printed_decimals(half_width: f64) -> usize {
-    if half_width <= 0.0 {
-        return 0;
-    }
-    // Within ±20 for any number a table can hold; negative where the last digit is a ten or more.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let decimals = (-(2.0 * half_width).log10()).round().clamp(0.0, 12.0) as usize;
-    decimals
-}
-
-fn metric_table(comparisons: &[&Comparison]) -> Option<MetricTable> {
-    let first = comparisons.first()?;
-    let unit = first.quantity.unit();
-    // A metric that no form has a number for (R² of one point, say) is left out.
-    let has_number = |m: &Metric| {
-        comparisons.iter().filter_map(|c| c.metric(*m)).any(|r| r.value.is_some() || r.over_predicted_points.is_some())
-    };
-    let metrics: Vec<Metric> = Metric::ALL.into_iter().filter(has_number).collect();
-    let rows = comparisons
-        .iter()
-        .map(|c| MetricRow {
-            title: c.title.clone(),
-            n: format!("{} / {}", c.n_used, c.n_available),
-            cells: metrics.iter().map(|m| metric_view(c, *m, unit)).collect(),
-        })
-        .collect();
-    Some(MetricTable { title: measurement_title(first), names: metrics.iter().map(|m| m.title()).collect(), rows })
-}
-
-fn metric_view(c: &Comparison, metric: Metric, unit: Unit) -> MetricCell {
-    let value = metric_cell(c, metric, unit);
-    let ends = c.metric(metric).and_then(|r| r.lower.zip(r.upper));
-    let interval = ends.filter(|(lower, upper)| upper > lower).map_or(String::new(), |(lower, upper)| {
-        format!("{} to {}", metric_text(metric, lower, unit), metric_text(metric, upper, unit))
-    });
-    MetricCell { value, interval }
-}
-
 fn form_view(c: &Comparison) -> FormView {
     let fit = c.fit.as_ref().map(|fit| {
         let unit = c.quantity.unit();
@@ -480,8 +413,9 @@ fn form_view(c: &Comparison) -> FormView {
                 format!("{} = {}{std} {}", p.name, format::significant(shown(p.value_si), 4), p.unit)
             })
             .collect();
+        let held = fit.hold_out.as_ref().map_or(String::new(), |text| format!("; {text}"));
         format!(
-            "fitted on {} ({} points): {}; RMSE of the fit {}, condition number {}",
+            "fitted on {}{held} ({} points): {}; RMSE of the fit {}, condition number {}",
             fit.fitted_on.join(", "),
             fit.n,
             parameters.join(", "),

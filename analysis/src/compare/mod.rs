@@ -1,0 +1,266 @@
+//! Response and prediction to comparison and verdict: the whole analysis, of published datasets and of sessions alike.
+
+mod predict;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use pneuval_ingest::error::suggestion;
+use pneuval_ingest::manifest::{Actuator, ComparisonSpec, Quantity, Statistic};
+
+use predict::{predict, unknown_form};
+
+use crate::AnalysisError;
+use crate::bounds::Bounds;
+use crate::gate::{judge_comparison, notes, strangers};
+use crate::metrics::{self, Interval, Measure, Metric};
+use crate::pairing::{measure_all, points};
+use crate::records;
+use crate::remark::remark;
+use crate::response::{IntervalKind, Response};
+use crate::results::{
+    ActuatorRecord, Comparison, ConditionRecord, FindingRecord, MetricRecord, PointStatus, QuantityRecord, Results,
+    SCHEMA_VERSION, SourceFile,
+};
+use crate::series::Curve;
+use crate::study::{Data, Study};
+use crate::verdict::{Basis, Verdict};
+
+/// The form of a response that nothing predicts.
+pub const NO_FORM: &str = "none";
+
+/// A dataset or session with all that its comparisons need.
+pub struct Input {
+    /// `dataset.toml` or `session.toml` as the user named it.
+    pub file: String,
+    /// The data.
+    pub data: Data,
+    /// Its actuator.
+    pub actuator: Actuator,
+    /// The actuator file, relative to the dataset's folder.
+    pub actuator_path: String,
+    /// The bounds that apply, if any were found.
+    pub bounds: Bounds,
+    /// The bounds file, relative to the dataset's folder, with its digest.
+    pub bounds_source: Option<SourceFile>,
+    /// Whose bounds they are.
+    pub bounds_scope: BoundsScope,
+}
+
+/// Whose bounds apply to a dataset: what a row that meets no comparison means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BoundsScope {
+    /// They lie beside the dataset: such a row is a mistake.
+    Own,
+    /// They lie above it, or were named: such a row may be meant for a dataset that is not here, and is told.
+    Shared,
+    /// They are the embedded ones: such a row is for the embedded papers.
+    Embedded,
+}
+
+/// What `validate` computes: the numbers, and the curves behind the figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// The content of `results.json`.
+    pub results: Results,
+    /// The content of `series.parquet`.
+    pub curves: Vec<Curve>,
+}
+
+/// Compares every prediction of every dataset with its measurement and judges it.
+///
+/// # Errors
+/// [`AnalysisError`] for a comparison that cannot be posed: an unknown form, an input missing or in a wrong unit, a bound
+/// beside the dataset that meets no comparison. A model without a solution is no error but a failed comparison.
+pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, AnalysisError> {
+    let studies = inputs.iter().map(Study::of).collect::<Result<Vec<_>, _>>()?;
+    let mut actuators: BTreeMap<String, ActuatorRecord> = BTreeMap::new();
+    let mut comparisons = Vec::new();
+    let mut curves = Vec::new();
+    let mut findings = Vec::new();
+    for study in &studies {
+        let input = study.input;
+        for spec in &study.comparisons {
+            let (comparison, curve) = compare(study, spec)?;
+            curves.push(curve);
+            comparisons.push(comparison);
+        }
+        for statistic in study.statistics {
+            comparisons.push(stated(study, statistic)?);
+        }
+        if input.bounds_scope == BoundsScope::Own
+            && let Some(error) = input.bounds.unused(&input.actuator.id, &study.posed())
+        {
+            return Err(error.into());
+        }
+        let same = |other: &&Input| other.actuator.id == input.actuator.id;
+        if let Some(other) = inputs.iter().find(same).filter(|o| o.actuator.sha256 != input.actuator.sha256) {
+            return Err(AnalysisError::ActuatorConflict {
+                id: input.actuator.id.clone(),
+                file: input.actuator.file.clone(),
+                other: other.actuator.file.clone(),
+            });
+        }
+        if !actuators.contains_key(&input.actuator.id) {
+            actuators.insert(input.actuator.id.clone(), records::actuator(&input.actuator)?);
+        }
+        if let Some(record) = actuators.get_mut(&input.actuator.id) {
+            record.datasets.push(records::dataset(study));
+        }
+        findings.extend(records::findings(study));
+    }
+    findings.extend(unused_bounds(&studies));
+    // Stable: what weighs most first, else in the order of the data.
+    findings.sort_by_key(|finding| finding.severity);
+    let results = Results {
+        schema_version: SCHEMA_VERSION,
+        program: concat!("pneuval ", env!("CARGO_PKG_VERSION")).to_owned(),
+        metric_definitions: metrics::DEFINITIONS_VERSION,
+        report_only,
+        actuators: actuators.into_values().collect(),
+        comparisons,
+        findings,
+        files: BTreeMap::new(),
+    };
+    Ok(Evaluation { results, curves })
+}
+
+/// Rows of bounds that judged nothing in the whole run, and columns that nothing was compared with.
+fn unused_bounds(studies: &[Study]) -> Vec<FindingRecord> {
+    let mut texts = BTreeSet::new();
+    for study in studies.iter().filter(|study| study.input.bounds_scope != BoundsScope::Embedded) {
+        let id = &study.input.actuator.id;
+        let all: Vec<(String, String)> =
+            studies.iter().filter(|other| other.input.actuator.id == *id).flat_map(Study::posed).collect();
+        texts.extend(study.input.bounds.unused_rows(id, &all));
+        let here: Vec<&str> = studies.iter().map(|other| other.input.actuator.id.as_str()).collect();
+        texts.extend(strangers(&study.input.bounds, &here));
+    }
+    texts.extend(studies.iter().flat_map(Study::uncompared));
+    texts.extend(studies.iter().flat_map(|study| records::slips(&study.input.actuator)));
+    notes(texts)
+}
+
+fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), AnalysisError> {
+    let Some(response) = study.response(&spec.quantity) else {
+        // The readers refuse a comparison without its measurement.
+        return Err(unknown_form(study, spec, []));
+    };
+    let (prediction, fit) = predict(study, spec, response)?;
+    let points = points(response, &prediction.at);
+    let single = |kind: IntervalKind| matches!(kind, IntervalKind::Instrument | IntervalKind::Unknown);
+    let used = |i: &usize| points[*i].status == PointStatus::Used;
+    let kinds: Vec<IntervalKind> = (0..points.len()).filter(used).map(|i| response.points[i].interval).collect();
+    let mut comparison = blank(study, &spec.quantity, response, &spec.form);
+    comparison.title = spec.title.clone().unwrap_or(prediction.title);
+    comparison.kind = prediction.kind;
+    comparison.source = prediction.source;
+    comparison.equation = prediction.equation;
+    comparison.misprints = prediction.misprints;
+    comparison.rests_on = prediction.rests_on;
+    comparison.fit = fit;
+    comparison.single_repeat = kinds.iter().any(|kind| single(*kind));
+    let count = |status| points.iter().filter(|p| p.status == status).count();
+    comparison.n_available = points.len() - count(PointStatus::HoleInPrint);
+    comparison.n_used = count(PointStatus::Used);
+    comparison.n_without_prediction = count(PointStatus::NoPrediction);
+    comparison.metrics = measure_all(&points, kinds.contains(&IntervalKind::Unknown));
+    comparison.points = points;
+    comparison.remark = remark(study, spec, response, &comparison)?;
+    let dimension = response.quantity.unit.dimension;
+    let bounds = study.input.bounds.of(&study.input.actuator.id, &spec.quantity, &spec.form, dimension)?;
+    judge_comparison(&mut comparison, bounds, spec.not_judged.as_deref());
+    let curve = Curve { comparison: comparison.id.clone(), traces: prediction.traces };
+    Ok((comparison, curve))
+}
+
+/// A comparison before anything is known of it.
+fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comparison {
+    Comparison {
+        id: format!("{}/{quantity}/{form}", study.id),
+        actuator: study.input.actuator.id.clone(),
+        dataset: study.id.to_owned(),
+        quantity: quantity_record(&response.quantity),
+        form: form.to_owned(),
+        title: String::new(),
+        kind: String::new(),
+        source: String::new(),
+        measured_source: response.source.clone(),
+        equation: None,
+        misprints: vec![],
+        rests_on: vec![],
+        fit: None,
+        basis: response.basis,
+        metrics_printed: false,
+        single_repeat: false,
+        conditions: response
+            .conditions
+            .iter()
+            .map(|c| ConditionRecord {
+                id: c.id.clone(),
+                title: c.title.clone(),
+                display_unit: c.unit.symbol.to_owned(),
+            })
+            .collect(),
+        chambers: response.chambers.clone(),
+        n_available: 0,
+        n_used: 0,
+        n_without_prediction: 0,
+        points: vec![],
+        metrics: vec![],
+        judgements: vec![],
+        verdict: Verdict::Unjudged,
+        counted: true,
+        sentence: String::new(),
+        remark: None,
+    }
+}
+
+fn quantity_record(quantity: &Quantity) -> QuantityRecord {
+    QuantityRecord {
+        id: quantity.id.clone(),
+        title: quantity.title.clone(),
+        si_unit: quantity.unit.dimension.si_symbol().to_owned(),
+        display_unit: quantity.unit.symbol.to_owned(),
+        components: quantity.components.clone(),
+    }
+}
+
+/// An error that the source states without its data: judged on what its printed digits leave open.
+fn stated(study: &Study, statistic: &Statistic) -> Result<Comparison, AnalysisError> {
+    let response = Response {
+        quantity: statistic.quantity.clone(),
+        basis: Basis::PublishedPoint,
+        source: format!("{}; {}", statistic.place, statistic.method),
+        chambers: vec![],
+        conditions: vec![],
+        zero_within_pa: 0.0,
+        points: vec![],
+        columns: vec![],
+        texts: vec![],
+    };
+    let mut comparison = blank(study, &statistic.quantity.id, &response, &statistic.form);
+    comparison.title.clone_from(&statistic.title);
+    "published".clone_into(&mut comparison.kind);
+    comparison.source.clone_from(&statistic.place);
+    comparison.metrics_printed = true;
+    comparison.remark.clone_from(&statistic.remark);
+    let mut printed = BTreeMap::new();
+    for (id, value, line) in &statistic.metrics {
+        let metric = Metric::parse(id).filter(|m| m.is_boundable()).ok_or_else(|| AnalysisError::UnknownMetric {
+            file: study.input.file.clone(),
+            line: *line,
+            name: id.clone(),
+            next: suggestion(id, Metric::ALL.iter().filter(|m| m.is_boundable()).map(|m| m.id())),
+        })?;
+        printed.insert(metric, Measure::Known(Interval::from(*value)));
+    }
+    let missing = Measure::Undefined("not printed, and the data behind it are not printed either");
+    comparison.metrics = Metric::ALL
+        .into_iter()
+        .map(|metric| MetricRecord::new(metric, printed.get(&metric).copied().unwrap_or(missing)))
+        .collect();
+    let dimension = statistic.quantity.unit.dimension;
+    let bounds = study.input.bounds.of(&study.input.actuator.id, &statistic.quantity.id, &statistic.form, dimension)?;
+    judge_comparison(&mut comparison, bounds, statistic.not_judged.as_deref());
+    Ok(comparison)
+}

@@ -1,0 +1,252 @@
+//! The prediction of a comparison, perhaps of a form that is calibrated first.
+
+use pneuval_ingest::error::suggestion;
+use pneuval_ingest::manifest::{ComparisonSpec, FitSpec, HoldOut};
+use pneuval_models::ModelError;
+use pneuval_models::catalogue::{self, Entry, Inputs};
+use pneuval_models::least_squares::Fit;
+
+use super::NO_FORM;
+use crate::AnalysisError;
+use crate::fit::{Target, calibrate};
+use crate::prediction::{self, Form, Predicted, Prediction, inputs, predict_at, traces_of_points};
+use crate::response::Response;
+use crate::results::{FitRecord, FittedParameter};
+use crate::study::{self, Study};
+
+/// The prediction of a comparison: a printed column, a user's table, or a catalogue form, perhaps calibrated first.
+pub(super) fn predict(
+    study: &Study,
+    spec: &ComparisonSpec,
+    response: &Response,
+) -> Result<(Prediction, Option<FitRecord>), AnalysisError> {
+    if let Some(column) = response.columns.iter().find(|p| p.form == spec.form) {
+        return Ok((Prediction::published(response, column), None));
+    }
+    if spec.form == NO_FORM {
+        return Ok((Prediction::none(response), None));
+    }
+    let actuator = &study.input.actuator;
+    let model_form = spec.model.as_deref().unwrap_or(&spec.form);
+    let imported = actuator.imported.iter().filter(|m| m.quantity.id == spec.quantity);
+    if let Some(model) = imported.clone().find(|m| m.form == model_form) {
+        if let Some(fit) = &spec.fit {
+            return Err(AnalysisError::UnknownParameter {
+                file: study.input.file.clone(),
+                line: spec.line,
+                form: model.form.clone(),
+                name: fit.parameters.join(", "),
+                next: "remove `fit`: a table has no parameters".to_owned(),
+            });
+        }
+        let fits = model.quantity.unit.dimension == response.quantity.unit.dimension
+            && model.quantity.components == response.quantity.components
+            && response.chambers == [model.chamber.as_str()];
+        if !fits {
+            return Err(mismatch(
+                study,
+                spec,
+                response,
+                &format!("a unit of {}, chamber {}", model.quantity.unit.dimension.si_symbol(), model.chamber),
+            ));
+        }
+        return Ok((Prediction::imported(model, response), None));
+    }
+    let forms = || catalogue::entries().filter(|e| e.actuator == actuator.kind && e.quantity == spec.quantity);
+    let Some(entry) = forms().find(|e| e.form == model_form) else {
+        return Err(unknown_form(study, spec, forms().map(|e| e.form).chain(imported.map(|m| m.form.as_str()))));
+    };
+    if !study::suits(entry, response) {
+        let mut expected = format!("a unit of {}, chambers {}", entry.quantity_si_unit, entry.chambers.join(", "));
+        if !entry.components.is_empty() {
+            expected = format!("{expected}, components {}", entry.components.join(", "));
+        }
+        if !entry.conditions.is_empty() {
+            let names: Vec<String> = entry.conditions.iter().map(|c| format!("{} / {}", c.name, c.si_unit)).collect();
+            expected = format!("{expected}, conditions {}", names.join(", "));
+        }
+        return Err(mismatch(study, spec, response, &expected));
+    }
+    let (values, mut rests_on) = inputs(entry, actuator)?;
+    let Some(fit) = &spec.fit else {
+        // Under conditions, which vary, only the points can tell whether the inputs are good.
+        if entry.conditions.is_empty() {
+            prediction::build(entry, &values, actuator)?;
+        }
+        let form = Form::new(entry, values, &response.conditions);
+        return Ok((Prediction::computed(entry, &form, rests_on, response), None));
+    };
+    // What is fitted here does not rest on what the actuator file says of it.
+    rests_on.retain(|text| !fit.parameters.iter().any(|name| text.ends_with(&format!(" {name}"))));
+    let calibration = Calibration { study, spec, fit, entry, values: &values, response };
+    let (prediction, record) = calibration.run(rests_on)?;
+    Ok((prediction, Some(record)))
+}
+
+fn mismatch(study: &Study, spec: &ComparisonSpec, response: &Response, expected: &str) -> AnalysisError {
+    let mut found = format!("unit `{}`, chambers {}", response.quantity.unit.symbol, response.chambers.join(", "));
+    if !response.quantity.components.is_empty() {
+        found = format!("{found}, components {}", response.quantity.components.join(", "));
+    }
+    if !response.conditions.is_empty() {
+        let ids: Vec<String> = response.conditions.iter().map(|c| format!("{} / {}", c.id, c.unit.symbol)).collect();
+        found = format!("{found}, conditions {}", ids.join(", "));
+    }
+    AnalysisError::Mismatch {
+        file: study.input.file.clone(),
+        line: spec.line,
+        quantity: spec.quantity.clone(),
+        form: spec.form.clone(),
+        expected: expected.to_owned(),
+        found,
+    }
+}
+
+pub(super) fn unknown_form<'a>(
+    study: &'a Study,
+    spec: &ComparisonSpec,
+    forms: impl IntoIterator<Item = &'a str>,
+) -> AnalysisError {
+    let printed = study.response(&spec.quantity).into_iter().flat_map(|r| r.columns.iter().map(|p| p.form.as_str()));
+    let form = spec.model.as_deref().unwrap_or(&spec.form);
+    AnalysisError::UnknownForm {
+        file: study.input.file.clone(),
+        line: spec.line,
+        quantity: spec.quantity.clone(),
+        form: form.to_owned(),
+        next: suggestion(form, printed.chain(forms)),
+    }
+}
+
+/// A form that is fitted before it is compared.
+struct Calibration<'a> {
+    study: &'a Study<'a>,
+    spec: &'a ComparisonSpec,
+    fit: &'a FitSpec,
+    entry: &'a Entry,
+    values: &'a Inputs,
+    response: &'a Response,
+}
+
+impl Calibration<'_> {
+    fn run(&self, rests_on: Vec<String>) -> Result<(Prediction, FitRecord), AnalysisError> {
+        let known = |name: &&String| self.entry.parameters.iter().any(|p| p.name == name.as_str());
+        if let Some(name) = self.fit.parameters.iter().find(|name| !known(name)) {
+            return Err(AnalysisError::UnknownParameter {
+                file: self.study.input.file.clone(),
+                line: self.spec.line,
+                form: self.entry.form.to_owned(),
+                name: name.clone(),
+                next: suggestion(name, self.entry.parameters.iter().map(|p| p.name)),
+            });
+        }
+        let targets = self.targets();
+        if let Some(value) = targets.iter().flatten().flat_map(|t| &t.values_si).find(|v| !v.is_finite()) {
+            return Err(self.failed(ModelError::OutOfDomain {
+                symbol: "value to fit",
+                value: *value,
+                domain: "finite",
+            }));
+        }
+        let numbers = pressure_numbers(self.response);
+        let odd = |i: usize| numbers[i] % 2 == 1;
+        let seen = |i: &usize| self.fit.hold_out != HoldOut::OddPressures || !odd(*i);
+        let chosen: Vec<&Target> = (0..targets.len()).filter(seen).filter_map(|i| targets[i].as_ref()).collect();
+        let (inputs, found) = self.calibrate(&chosen)?;
+        let form = Form::new(self.entry, inputs, &self.response.conditions);
+        let mut prediction = Prediction::computed(self.entry, &form, rests_on, self.response);
+        match self.fit.hold_out {
+            HoldOut::None => {}
+            HoldOut::OddPressures => {
+                let fitted = |i: &usize| targets[*i].is_some() && !odd(*i);
+                for (_, at) in prediction.at.iter_mut().enumerate().filter(|(i, _)| fitted(i)) {
+                    if let Predicted::Value(values) = at {
+                        *at = Predicted::InFit(std::mem::take(values));
+                    }
+                }
+            }
+            HoldOut::OnePressure => {
+                let mut left_out: Vec<usize> = (0..targets.len()).filter(|&i| targets[i].is_some()).collect();
+                left_out.sort_by_key(|&i| numbers[i]);
+                for group in left_out.chunk_by(|&a, &b| numbers[a] == numbers[b]) {
+                    let others: Vec<&Target> =
+                        (0..targets.len()).filter(|i| !group.contains(i)).filter_map(|i| targets[i].as_ref()).collect();
+                    let (inputs, _) = self.calibrate(&others)?;
+                    let form = Form::new(self.entry, inputs, &self.response.conditions);
+                    for &i in group {
+                        prediction.at[i] = predict_at(&form, &self.response.points[i]);
+                    }
+                }
+                prediction.traces = traces_of_points(&prediction.at, self.response);
+            }
+        }
+        Ok((prediction, self.record(&found, chosen.len())))
+    }
+
+    /// Per point, the value to fit; none at the zero-pressure reference, which would count as a point without being one: it
+    /// holds for every material.
+    fn targets(&self) -> Vec<Option<Target>> {
+        let column = self.response.columns.iter().find(|p| p.form == self.fit.to);
+        let value = |i: usize| match column {
+            Some(column) => column.cells[i].as_ref(),
+            None => self.response.points[i].measured.as_ref(),
+        };
+        let points = self.response.points.iter().enumerate();
+        points
+            .map(|(i, point)| {
+                let values = value(i).filter(|_| !self.response.is_zero_reference(point))?;
+                Some(Target {
+                    pressures_gauge_pa: point.pressures_gauge_pa.clone(),
+                    conditions_si: point.conditions.iter().map(|c| c.si).collect(),
+                    values_si: values.iter().map(|v| v.si).collect(),
+                })
+            })
+            .collect()
+    }
+
+    fn calibrate(&self, targets: &[&Target]) -> Result<(Inputs, Fit), AnalysisError> {
+        let conditions = &self.response.conditions;
+        calibrate(self.entry, self.values, conditions, &self.fit.parameters, targets).map_err(|e| self.failed(e))
+    }
+
+    fn failed(&self, source: ModelError) -> AnalysisError {
+        AnalysisError::Fit {
+            file: self.study.input.file.clone(),
+            line: self.spec.line,
+            form: self.spec.form.clone(),
+            source,
+        }
+    }
+
+    fn record(&self, found: &Fit, n: usize) -> FitRecord {
+        let values = &self.study.input.actuator.values;
+        let parameters = self.fit.parameters.iter().enumerate().map(|(i, name)| FittedParameter {
+            name: name.clone(),
+            value_si: found.parameters[i],
+            std_si: found.parameters_std.as_ref().map(|std| std[i]),
+            unit: values.get(name).map_or("1", |v| v.unit.symbol).to_owned(),
+        });
+        FitRecord {
+            fitted_on: vec![format!("{}/{} {}", self.study.id, self.response.quantity.id, self.fit.to)],
+            hold_out: self.fit.hold_out.label().map(str::to_owned),
+            parameters: parameters.collect(),
+            rmse_si: found.rmse,
+            n,
+            condition_number: found.condition_number,
+        }
+    }
+}
+
+/// Per point, the number of its pressures among the distinct ones by rising share of full pressure: the lowest is 0.
+fn pressure_numbers(response: &Response) -> Vec<usize> {
+    let all = response.pressures();
+    let full = prediction::full_pressures(&all);
+    let mut distinct = all.clone();
+    let share = |p: &Vec<f64>| prediction::share(p, &full);
+    distinct.sort_by(|a, b| {
+        let by_chamber = || a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
+        share(a).total_cmp(&share(b)).then_with(|| by_chamber().unwrap_or(std::cmp::Ordering::Equal))
+    });
+    distinct.dedup();
+    all.iter().map(|p| distinct.iter().position(|d| d == p).unwrap_or(0)).collect()
+}

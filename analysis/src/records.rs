@@ -1,0 +1,283 @@
+//! What `results.json` says of actuators, datasets, sessions and findings, beside the comparisons.
+
+use std::collections::BTreeMap;
+
+use pneuval_ingest::error::suggestion;
+use pneuval_ingest::finding::{self, median_rate_hz};
+use pneuval_ingest::manifest::{Actuator, ChannelSpec, ClockSpec, ColumnRef, Material, PublishedDataset, Specimen};
+use pneuval_ingest::session::{Run, Session};
+use pneuval_models::catalogue::{LAWS, find_law};
+use pneuval_models::materials::LoadCase;
+
+use crate::AnalysisError;
+use crate::results::{
+    ActuatorRecord, CensusRecord, ChannelRecord, DatasetRecord, FindingRecord, InputRecord, ListingRecord,
+    MaterialRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord,
+};
+use crate::study::{Data, Study};
+
+/// How far a material's stability is looked at: beyond any stretch of the papers' actuators.
+const STRETCH_MAX: f64 = 4.0;
+
+/// An actuator, its inputs and materials.
+///
+/// # Errors
+/// [`AnalysisError::UnknownLaw`], [`AnalysisError::Input`] or [`AnalysisError::Law`] for a material that no law describes.
+pub fn actuator(actuator: &Actuator) -> Result<ActuatorRecord, AnalysisError> {
+    let inputs = actuator.values.iter().map(|(name, value)| InputRecord {
+        name: name.clone(),
+        value_si: value.si,
+        std_si: value.std_si,
+        unit: value.unit.symbol.to_owned(),
+        origin: value.origin.name().to_owned(),
+        place: value.place.clone(),
+    });
+    let materials = actuator.materials.iter().map(|(id, m)| material(actuator, id, m));
+    Ok(ActuatorRecord {
+        id: actuator.id.clone(),
+        kind: actuator.kind.clone(),
+        title: actuator.title.clone(),
+        summary: actuator.summary.clone(),
+        inputs: inputs.collect(),
+        materials: materials.collect::<Result<_, _>>()?,
+        datasets: vec![],
+    })
+}
+
+fn material(actuator: &Actuator, id: &str, material: &Material) -> Result<MaterialRecord, AnalysisError> {
+    let Some(entry) = find_law(&material.law) else {
+        return Err(AnalysisError::UnknownLaw {
+            file: actuator.file.clone(),
+            line: material.line,
+            law: material.law.clone(),
+            next: suggestion(&material.law, LAWS.iter().map(|law| law.id)),
+        });
+    };
+    let refused = |source| AnalysisError::Law {
+        file: actuator.file.clone(),
+        line: material.line,
+        law: material.law.clone(),
+        source,
+    };
+    for parameter in entry.constants() {
+        let value = material.constants.get(parameter.name).and_then(|key| actuator.values.get(key));
+        if let Some(value) = value.filter(|v| v.unit.dimension.si_symbol() != parameter.si_unit) {
+            return Err(AnalysisError::Input {
+                file: format!("{}:{}", actuator.file, value.line),
+                name: parameter.name.to_owned(),
+                expected: format!("{}, in a unit of {}", parameter.meaning, parameter.si_unit),
+                found: format!("unit `{}`", value.unit.symbol),
+            });
+        }
+    }
+    let constant = |name: &str| material.constants.get(name).and_then(|key| actuator.values.get(key)).map(|v| v.si);
+    let law = entry.build(&constant).map_err(refused)?;
+    let unstable = |case: LoadCase| {
+        let range = law.stable_range(case, 1.0, STRETCH_MAX).map_err(refused)?;
+        let end = range.max.stretch;
+        Ok((case.name().to_owned(), (end < STRETCH_MAX).then_some(end)))
+    };
+    Ok(MaterialRecord {
+        id: id.to_owned(),
+        law: material.law.clone(),
+        initial_shear_modulus_pa: law.shear_modulus_pa(),
+        unstable_from: LoadCase::ALL.into_iter().map(unstable).collect::<Result<BTreeMap<_, _>, AnalysisError>>()?,
+        stretch_max: STRETCH_MAX,
+    })
+}
+
+/// A dataset or session, and every file that went into it.
+pub fn dataset(study: &Study) -> DatasetRecord {
+    let input = study.input;
+    let (mut record, files) = match &input.data {
+        Data::Published(dataset) => (published(dataset), &dataset.files),
+        Data::Session(session) => (session_dataset(study, session), &session.files),
+    };
+    record.sources.extend(files.iter().map(|f| SourceFile { path: f.name.clone(), sha256: f.sha256.clone() }));
+    record.sources.push(SourceFile { path: input.actuator_path.clone(), sha256: input.actuator.sha256.clone() });
+    let folder = input.actuator_path.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
+    record.sources.extend(
+        input.actuator.imported.iter().map(|model| SourceFile {
+            path: format!("{folder}{}", model.file.name),
+            sha256: model.file.sha256.clone(),
+        }),
+    );
+    record.sources.extend(input.bounds_source.clone());
+    record
+}
+
+fn published(dataset: &PublishedDataset) -> DatasetRecord {
+    let stated = dataset.stated.iter().map(|s| StatedRecord {
+        title: s.title.clone(),
+        value_si: s.value.si,
+        unit: s.value.unit.symbol.to_owned(),
+        place: s.value.place.clone(),
+    });
+    let listings = dataset.listings.iter().map(|l| ListingRecord {
+        title: l.title.clone(),
+        place: l.place.clone(),
+        names: l.names.clone(),
+        rows: l.rows.clone(),
+    });
+    DatasetRecord {
+        id: dataset.id.clone(),
+        title: dataset.paper.title.clone(),
+        reference: dataset.paper.reference.clone(),
+        session: None,
+        notes: dataset.notes.clone(),
+        unprinted: dataset.unprinted.clone(),
+        stated: stated.collect(),
+        listings: listings.collect(),
+        sources: vec![],
+    }
+}
+
+fn session_dataset(study: &Study, session: &Session) -> DatasetRecord {
+    let manifest = &session.manifest;
+    let mut sources = vec![SourceFile { path: "session.toml".to_owned(), sha256: manifest.sha256.clone() }];
+    sources
+        .extend(session.rig.iter().map(|rig| SourceFile { path: "rig.toml".to_owned(), sha256: rig.sha256.clone() }));
+    DatasetRecord {
+        id: manifest.id.clone(),
+        title: manifest.title.clone(),
+        reference: None,
+        session: Some(session_record(study, session)),
+        notes: manifest.notes.clone(),
+        unprinted: vec![],
+        stated: vec![],
+        listings: vec![],
+        sources,
+    }
+}
+
+fn session_record(study: &Study, session: &Session) -> SessionRecord {
+    let manifest = &session.manifest;
+    let (samples_read, samples_excluded) = session.samples();
+    let responses = study.responses.iter().zip(&study.censuses).map(|(response, census)| CensusRecord {
+        quantity: response.quantity.id.clone(),
+        samples: census.samples,
+        holes: census.holes,
+        used: census.used,
+        points: response.points.len(),
+    });
+    let derived = manifest.derived.iter().map(|d| ChannelRecord {
+        id: d.id.clone(),
+        source: format!("derived from {}", d.from.join(", ")),
+        unit: d.unit.symbol.to_owned(),
+        instrument: None,
+        std_si: None,
+    });
+    SessionRecord {
+        synthetic: manifest.synthetic,
+        date: manifest.date.clone(),
+        operator: manifest.operator.clone(),
+        rig: session.rig.as_ref().map(|rig| rig.title.clone()),
+        specimen: manifest.specimen.as_ref().map(specimen).unwrap_or_default(),
+        runs: session.runs.iter().map(run).collect(),
+        channels: manifest.channels.iter().map(|spec| channel(session, spec)).chain(derived).collect(),
+        samples_read,
+        samples_excluded,
+        excluded_share_max: manifest.excluded_share_max,
+        responses: responses.collect(),
+    }
+}
+
+fn specimen(specimen: &Specimen) -> Vec<(String, String)> {
+    let pair = |name: &str, value: String| (name.to_owned(), value);
+    let mut words = vec![pair("serial", specimen.serial.clone())];
+    words.extend(specimen.material_batch.clone().map(|v| pair("material batch", v)));
+    words.extend(specimen.cure.clone().map(|v| pair("cure", v)));
+    words.extend(specimen.cycles_before.map(|v| pair("cycles before", v.to_string())));
+    words
+}
+
+fn run(run: &Run) -> RunRecord {
+    let stamps = run.seconds.iter().flatten().copied().filter(|t| t.is_finite());
+    let (first, last) = stamps.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    RunRecord {
+        id: run.id.clone(),
+        file: run.file.clone(),
+        samples: run.samples,
+        span_s: (last > first).then_some(last - first),
+        rate_hz: run.seconds.as_deref().and_then(median_rate_hz),
+    }
+}
+
+fn channel(session: &Session, spec: &ChannelSpec) -> ChannelRecord {
+    let column = match &spec.column {
+        ColumnRef::Name(name) => format!("column `{name}`"),
+        ColumnRef::Number(number) => format!("column {number}"),
+    };
+    let mut source = column;
+    if spec.commanded {
+        source += ", commanded";
+    }
+    if matches!(&session.manifest.clock, Some(ClockSpec::Rate(_))) {
+        source += ", at the stated rate";
+    }
+    let instrument = spec.instrument.as_ref().and_then(|id| session.rig.as_ref()?.instruments.get(id)).map(|i| {
+        let calibration = i
+            .calibration
+            .as_ref()
+            .map_or(String::new(), |c| format!(": {c}, x in {}, y in {}", i.input.symbol, i.output.symbol));
+        let certificate = i.certificate.as_ref().map_or(String::new(), |text| format!(" ({text})"));
+        format!("{}{calibration}{certificate}", i.title)
+    });
+    let read = session.runs.iter().find_map(|run| run.channels.get(&spec.id));
+    ChannelRecord {
+        id: spec.id.clone(),
+        source,
+        unit: read.map_or("1", |channel| channel.unit.symbol).to_owned(),
+        instrument,
+        std_si: read.and_then(|channel| channel.std_si),
+    }
+}
+
+/// Constants that no law asks for, one letter away from one that it would take: a slip counts as zero otherwise.
+pub fn slips(actuator: &Actuator) -> Vec<String> {
+    let mut texts = Vec::new();
+    for (id, material) in &actuator.materials {
+        let Some(law) = find_law(&material.law) else { continue };
+        let known: Vec<&str> = law.constants().map(|c| c.name).collect();
+        let missing = || known.iter().copied().filter(|name| !material.constants.contains_key(*name));
+        for name in material.constants.keys().filter(|name| !known.contains(&name.as_str())) {
+            let near = suggestion(name, missing());
+            if near.starts_with("did you mean") && name.len() > 2 {
+                texts.push(format!(
+                    "constant `{name}` of material {id} of {} is no constant of {}: {near}",
+                    actuator.id, material.law
+                ));
+            }
+        }
+    }
+    texts
+}
+
+/// The findings of a session.
+pub fn findings(study: &Study) -> Vec<FindingRecord> {
+    let Data::Session(session) = &study.input.data else { return vec![] };
+    let record = |finding: &finding::Finding| FindingRecord {
+        severity: match finding.severity {
+            finding::Severity::Note => Severity::Note,
+            finding::Severity::Excluded => Severity::Excluded,
+            finding::Severity::Lost => Severity::Lost,
+        },
+        kind: finding.kind.id().to_owned(),
+        dataset: Some(study.id.to_owned()),
+        file: Some(finding.file.clone()),
+        channel: finding.channel.clone(),
+        count: Some(finding.count),
+        spans: finding
+            .spans
+            .iter()
+            .map(|s| SpanRecord {
+                first_sample: s.first_sample,
+                last_sample: s.last_sample,
+                first_line: s.first_line,
+                last_line: s.last_line,
+            })
+            .collect(),
+        text: finding.text.clone(),
+    };
+    session.findings.iter().map(record).collect()
+}

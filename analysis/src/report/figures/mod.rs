@@ -1,0 +1,235 @@
+//! Which figures a result has: response, residuals against bound, parity; errors that a paper only states.
+
+mod parity;
+mod residuals;
+mod response;
+mod stated;
+
+use std::ops::Range;
+
+use pneuval_ingest::units::{Dimension, Unit};
+
+use super::chart::{Chart, WIDTH_PX};
+use super::group::by_measurement;
+use crate::AnalysisError;
+use crate::format;
+use crate::results::{Comparison, Point, PointStatus, Results};
+use crate::series::Curve;
+use crate::verdict::Verdict;
+
+/// A drawn figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// File name without ending, such as `internal-support_outer-diameter_response`.
+    pub name: String,
+    /// The actuator whose page shows it.
+    pub actuator: String,
+    /// What it shows, for the caption and for readers who cannot see it.
+    pub caption: String,
+    /// Width and height on a page, half the pixels of the file.
+    pub size: (u32, u32),
+    /// The PNG file.
+    pub png: Vec<u8>,
+}
+
+/// Comparisons of one quantity of one dataset, in the order of the results.
+struct Group<'a> {
+    comparisons: Vec<&'a Comparison>,
+    curves: Vec<Option<&'a Curve>>,
+    /// The data were written by a program.
+    synthetic: bool,
+}
+
+/// A figure before it is drawn.
+struct Plan {
+    name: String,
+    actuator: String,
+    caption: String,
+    chart: Chart,
+}
+
+/// More marks than this would hide one another: they become dots, and predictions lines without marks.
+const MARKS_MAX: usize = 60;
+
+/// Every figure of the results, in the order in which pages show them.
+///
+/// # Errors
+/// [`AnalysisError::Figure`] with the figure's name.
+pub fn figures(results: &Results, curves: &[Curve]) -> Result<Vec<Figure>, AnalysisError> {
+    let plans = plans(results, curves);
+    // A figure costs as much as everything else together, and none depends on another.
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let share = plans.len().div_ceil(threads).max(1);
+    std::thread::scope(|scope| {
+        let drawn: Vec<_> =
+            plans.chunks(share).map(|chunk| scope.spawn(|| chunk.iter().map(draw).collect::<Vec<_>>())).collect();
+        drawn
+            .into_iter()
+            .flat_map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    })
+}
+
+fn draw(plan: &Plan) -> Result<Figure, AnalysisError> {
+    let figure = || plan.name.clone();
+    let size = (WIDTH_PX / 2, plan.chart.height_px() / 2);
+    let png = plan.chart.draw().map_err(|message| AnalysisError::Figure { figure: figure(), message })?;
+    Ok(Figure { name: figure(), actuator: plan.actuator.clone(), caption: plan.caption.clone(), size, png })
+}
+
+fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
+    let mut plans = Vec::new();
+    for actuator in &results.actuators {
+        let mut plan = |name: String, synthetic: bool, (mut chart, caption): (Chart, String)| {
+            if synthetic {
+                chart.title += " (synthetic data)";
+            }
+            plans.push(Plan { name, actuator: actuator.id.clone(), caption, chart });
+        };
+        let groups = groups(results, curves, &actuator.id);
+        for group in &groups {
+            let Some(first) = group.comparisons.first() else { continue };
+            // Ids hold no underscore, so names cannot meet.
+            let name = format!("{}_{}", first.dataset, first.quantity.id);
+            for (suffix, figure) in group.responses() {
+                plan(format!("{name}_response{suffix}"), group.synthetic, figure);
+            }
+            if group.judges_points() {
+                plan(format!("{name}_residuals"), group.synthetic, group.residuals());
+            }
+            if let Some(figure) = group.stated() {
+                plan(format!("{name}_stated"), group.synthetic, figure);
+            }
+        }
+        let mut units: Vec<Unit> = Vec::new();
+        let comparable: Vec<&Group> = groups.iter().filter(|g| g.judges_points() && !g.is_position()).collect();
+        for unit in comparable.iter().filter_map(|g| g.unit()) {
+            if !units.contains(&unit) {
+                units.push(unit);
+                let same: Vec<&Group> = comparable.iter().copied().filter(|g| g.unit() == Some(unit)).collect();
+                let symbol = match unit.symbol {
+                    "%" => "percent".to_owned(),
+                    other => other.replace(['/', ' ', '(', ')'], "-"),
+                };
+                let name = format!("{}_parity_{symbol}", actuator.id);
+                plan(name, same.iter().any(|g| g.synthetic), parity::parity(&same, unit));
+            }
+        }
+    }
+    plans
+}
+
+fn groups<'a>(results: &'a Results, curves: &'a [Curve], actuator: &str) -> Vec<Group<'a>> {
+    let curve_of = |c: &&Comparison| curves.iter().find(|curve| curve.comparison == c.id);
+    let datasets = || results.actuators.iter().flat_map(|a| &a.datasets);
+    by_measurement(results.comparisons.iter().filter(|c| c.actuator == actuator))
+        .into_iter()
+        .map(|comparisons| Group {
+            curves: comparisons.iter().map(curve_of).collect(),
+            synthetic: comparisons.first().is_some_and(|c| {
+                let session = datasets().find(|d| d.id == c.dataset).and_then(|d| d.session.as_ref());
+                session.is_some_and(|s| s.synthetic)
+            }),
+            comparisons,
+        })
+        .collect()
+}
+
+/// The smallest range holding all values, widened by a share of itself on either side.
+fn spread(values: impl Iterator<Item = f64>, margin: f64) -> Range<f64> {
+    let finite = values.filter(|v| v.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if low > high {
+        return 0.0..1.0;
+    }
+    // A range much narrower than its values' digits cannot be divided into ticks.
+    let size = low.abs().max(high.abs());
+    let width = if high - low > 1e-9 * size { high - low } else { size.max(1.0) };
+    low - margin * width..high + margin * width
+}
+
+impl Group<'_> {
+    fn unit(&self) -> Option<Unit> {
+        self.comparisons.first().map(|c| c.quantity.unit())
+    }
+
+    fn is_position(&self) -> bool {
+        self.comparisons.first().is_some_and(|c| c.quantity.is_position())
+    }
+
+    /// Comparisons made point by point, each with its place in the list of forms.
+    fn by_points(&self) -> impl Iterator<Item = (usize, &Comparison, Option<&Curve>)> {
+        let all = self.comparisons.iter().zip(&self.curves).enumerate();
+        all.filter(|(_, (c, _))| !c.points.is_empty()).map(|(i, (c, curve))| (i, *c, *curve))
+    }
+
+    /// Whether any point has a residual, or should have one.
+    fn judges_points(&self) -> bool {
+        // What was fitted to these very points has no residual worth drawing.
+        let judged = |c: &Comparison| c.verdict != Verdict::Calibration;
+        self.by_points().any(|(_, c, _)| judged(c) && c.n_used + c.n_without_prediction > 0)
+    }
+
+    /// The points of the first comparison: pressures, conditions and measured values are the same for every other.
+    fn points(&self) -> &[Point] {
+        self.by_points().next().map(|(_, c, _)| c.points.as_slice()).unwrap_or_default()
+    }
+
+    /// Points with a measured value, in the unit shown.
+    fn measured(&self, unit: Unit) -> Vec<(f64, f64)> {
+        let points = self.points().iter();
+        points.filter_map(|p| p.measured_scalar().map(|m| (p.pressure_share, unit.from_si(m)))).collect()
+    }
+
+    /// The horizontal axis: gauge pressure of the one chamber, or the share of full pressure of several.
+    fn pressure_axis(&self) -> (String, f64) {
+        let Some(first) = self.comparisons.first() else { return (String::new(), 1.0) };
+        let chambers = first.chambers.len();
+        let full: Vec<f64> =
+            (0..chambers).map(|i| self.points().iter().map(|p| p.pressures_gauge_pa[i]).fold(0.0, f64::max)).collect();
+        let unit = Dimension::Pressure.display_unit();
+        if let [full] = full.as_slice() {
+            // A table with nothing but the reference still has an axis.
+            let full = if *full > 0.0 { unit.from_si(*full) } else { 1.0 };
+            (format!("Gauge pressure / {}", unit.printed()), full)
+        } else {
+            (format!("Share of full gauge pressure ({}) / %", format::pressures(&full, &first.chambers)), 100.0)
+        }
+    }
+
+    /// Where the pressure axis starts: at zero, or at the deepest vacuum.
+    fn lowest_share(&self) -> f64 {
+        self.points().iter().map(|p| p.pressure_share).fold(0.0, f64::min)
+    }
+
+    /// Whether marks would hide one another.
+    fn is_crowded(&self) -> bool {
+        self.points().len() > MARKS_MAX
+    }
+}
+
+/// The first point in the metrics.
+fn used_point(comparison: &Comparison) -> Option<&Point> {
+    comparison.points.iter().find(|p| p.status == PointStatus::Used)
+}
+
+fn axis(title: &str, unit: Unit) -> String {
+    format!("{title} / {}", unit_name(unit))
+}
+
+fn unit_name(unit: Unit) -> &'static str {
+    if unit.printed().is_empty() { "1" } else { unit.printed() }
+}
+
+fn empty() -> Chart {
+    Chart {
+        title: String::new(),
+        x_title: String::new(),
+        y_title: String::new(),
+        x: 0.0..1.0,
+        y: 0.0..1.0,
+        rows: vec![],
+        layers: vec![],
+        legend: vec![],
+    }
+}

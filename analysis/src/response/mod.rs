@@ -1,0 +1,114 @@
+//! A measured quantity against gauge pressure: where published tables and raw sessions meet.
+
+mod session;
+
+pub use session::{Census, POINTS_MAX};
+
+use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity};
+use pneuval_ingest::number::Printed;
+
+use crate::verdict::Basis;
+
+/// A measured response.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Response {
+    /// What was measured.
+    pub quantity: Quantity,
+    /// On what ground its intervals are known.
+    pub basis: Basis,
+    /// Where it comes from and how it was measured.
+    pub source: String,
+    /// Chambers, in the order of each point's pressures.
+    pub chambers: Vec<String>,
+    /// What is set beside the pressure, in the order of each point's conditions.
+    pub conditions: Vec<Condition>,
+    /// Gauge pressures so near zero are the zero-pressure reference, in Pa.
+    pub zero_within_pa: f64,
+    /// The points, in the order of the source.
+    pub points: Vec<ResponsePoint>,
+    /// Predictions that stand beside the measurement in its source.
+    pub columns: Vec<PredictedColumn>,
+    /// Every cell of the source as printed, by column name, for sentences on the page; empty for a session.
+    pub texts: Vec<(String, Vec<String>)>,
+}
+
+/// One point of a response.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResponsePoint {
+    /// Line of the source.
+    pub line: usize,
+    /// The runs it comes from; empty for a printed point.
+    pub runs: Vec<String>,
+    /// Gauge pressure per chamber, in Pa.
+    pub pressures_gauge_pa: Vec<f64>,
+    /// Value of each condition, with what its print leaves open.
+    pub conditions: Vec<Printed>,
+    /// The value of each component with its interval; `None` is a hole in print.
+    pub measured: Option<Vec<Printed>>,
+    /// What the interval is.
+    pub interval: IntervalKind,
+}
+
+/// What the interval of a measured value is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum IntervalKind {
+    /// Half a unit of the last printed digit.
+    PrintedDigits,
+    /// From the scatter of repeats and the instruments' uncertainty, 95 %.
+    Repeats,
+    /// From the instruments' uncertainty alone: one repeat.
+    Instrument,
+    /// Nothing is known: one repeat, and an instrument that declares nothing.
+    Unknown,
+}
+
+impl Response {
+    /// Whether every chamber of a point is at zero gauge pressure: the reference, excluded from metrics.
+    pub fn is_zero_reference(&self, point: &ResponsePoint) -> bool {
+        point.pressures_gauge_pa.iter().all(|p| p.abs() <= self.zero_within_pa)
+    }
+
+    /// The gauge pressures of every point.
+    pub fn pressures(&self) -> Vec<Vec<f64>> {
+        self.points.iter().map(|p| p.pressures_gauge_pa.clone()).collect()
+    }
+
+    /// The sets of conditions that occur, in the order of their first point.
+    pub fn condition_sets(&self) -> Vec<Vec<f64>> {
+        let mut sets: Vec<Vec<f64>> = Vec::new();
+        for point in &self.points {
+            let set: Vec<f64> = point.conditions.iter().map(|c| c.si).collect();
+            if !sets.contains(&set) {
+                sets.push(set);
+            }
+        }
+        sets
+    }
+}
+
+impl From<&PublishedTable> for Response {
+    fn from(table: &PublishedTable) -> Self {
+        let points = (0..table.lines.len())
+            .map(|row| ResponsePoint {
+                line: table.lines[row],
+                runs: vec![],
+                pressures_gauge_pa: table.pressures_gauge_pa[row].clone(),
+                conditions: table.conditions_si[row].clone(),
+                measured: table.measured[row].clone(),
+                interval: IntervalKind::PrintedDigits,
+            })
+            .collect();
+        Self {
+            quantity: table.quantity.clone(),
+            basis: Basis::PublishedPoint,
+            source: format!("{}; {}", table.place, table.method),
+            chambers: table.chambers.clone(),
+            conditions: table.conditions.clone(),
+            // Print says zero, or it does not.
+            zero_within_pa: 0.0,
+            points,
+            columns: table.predicted.clone(),
+            texts: table.texts.clone(),
+        }
+    }
+}

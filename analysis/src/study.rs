@@ -1,0 +1,135 @@
+//! What is compared, whatever it was read from: the responses of a dataset or session and the comparisons asked of them.
+
+use pneuval_ingest::manifest::{ComparisonSpec, PublishedDataset, Statistic};
+use pneuval_ingest::session::Session;
+use pneuval_models::catalogue::{self, Entry};
+
+use crate::AnalysisError;
+use crate::compare::{Input, NO_FORM};
+use crate::response::{Census, POINTS_MAX, Response};
+
+/// The data of an input.
+pub enum Data {
+    /// A paper's printed tables.
+    Published(Box<PublishedDataset>),
+    /// A sitting at a rig.
+    Session(Box<Session>),
+}
+
+/// A dataset or session, ready to be compared.
+pub struct Study<'a> {
+    /// Its id.
+    pub id: &'a str,
+    /// Where it comes from.
+    pub input: &'a Input,
+    /// What was measured.
+    pub responses: Vec<Response>,
+    /// Per response of a session, what became of its samples.
+    pub censuses: Vec<Census>,
+    /// What is compared with it.
+    pub comparisons: Vec<ComparisonSpec>,
+    /// Errors stated without their data.
+    pub statistics: &'a [Statistic],
+}
+
+impl<'a> Study<'a> {
+    /// The study of an input. A session that asks for no comparison is compared with every model there is.
+    ///
+    /// # Errors
+    /// [`AnalysisError::TooManyPoints`] for a response that is a trajectory rather than a set of states.
+    pub fn of(input: &'a Input) -> Result<Self, AnalysisError> {
+        match &input.data {
+            Data::Published(dataset) => Ok(Self {
+                id: &dataset.id,
+                input,
+                responses: dataset.tables.iter().map(Response::from).collect(),
+                censuses: vec![],
+                comparisons: dataset.comparisons.clone(),
+                statistics: &dataset.statistics,
+            }),
+            Data::Session(session) => {
+                let manifest = &session.manifest;
+                let (responses, censuses): (Vec<Response>, Vec<Census>) =
+                    manifest.responses.iter().map(|spec| Response::from_session(session, spec)).unzip();
+                for (response, spec) in responses.iter().zip(&manifest.responses) {
+                    if response.points.len() > POINTS_MAX {
+                        return Err(AnalysisError::TooManyPoints {
+                            file: input.file.clone(),
+                            line: spec.line,
+                            quantity: response.quantity.id.clone(),
+                            points: response.points.len(),
+                            limit: POINTS_MAX,
+                        });
+                    }
+                }
+                let mut comparisons = manifest.comparisons.clone();
+                if comparisons.is_empty() {
+                    comparisons = responses.iter().flat_map(|response| every(input, response)).collect();
+                }
+                Ok(Self { id: &manifest.id, input, responses, censuses, comparisons, statistics: &[] })
+            }
+        }
+    }
+
+    /// The response of a quantity.
+    pub fn response(&self, quantity: &str) -> Option<&Response> {
+        self.responses.iter().find(|r| r.quantity.id == quantity)
+    }
+
+    /// Its comparisons: quantity and form.
+    pub fn posed(&self) -> Vec<(String, String)> {
+        let computed = self.comparisons.iter().map(|s| (s.quantity.clone(), s.form.clone()));
+        computed.chain(self.statistics.iter().map(|s| (s.quantity.id.clone(), s.form.clone()))).collect()
+    }
+
+    /// Measurements and printed predictions that no comparison uses.
+    pub fn uncompared(&self) -> Vec<String> {
+        let mut texts = Vec::new();
+        for response in &self.responses {
+            let quantity = &response.quantity.id;
+            let specs = || self.comparisons.iter().filter(|s| s.quantity == *quantity);
+            if specs().next().is_none() {
+                texts.push(format!("{quantity} of {} is compared with nothing", self.id));
+                continue;
+            }
+            let compared = |form: &str| specs().any(|s| s.form == form || s.fit.as_ref().is_some_and(|f| f.to == form));
+            let forms = response.columns.iter().filter(|p| !compared(&p.form));
+            texts.extend(forms.map(|p| format!("{} of {quantity} of {} is compared with nothing", p.form, self.id)));
+        }
+        texts
+    }
+}
+
+/// Whether a catalogue form predicts what a response measures: unit, components, chambers, and its conditions are there.
+pub fn suits(entry: &Entry, response: &Response) -> bool {
+    let has = |name: &str, si_unit: &str| {
+        response.conditions.iter().any(|c| c.id == name && c.unit.dimension.si_symbol() == si_unit)
+    };
+    entry.quantity == response.quantity.id
+        && entry.quantity_si_unit == response.quantity.unit.dimension.si_symbol()
+        && response.quantity.components == entry.components
+        && response.chambers == entry.chambers
+        && entry.conditions.iter().all(|c| has(c.name, c.si_unit))
+}
+
+/// A comparison with every model of a response, or with none where there is none.
+fn every(input: &Input, response: &Response) -> Vec<ComparisonSpec> {
+    let actuator = &input.actuator;
+    let entries = catalogue::entries().filter(|e| e.actuator == actuator.kind && suits(e, response)).map(|e| e.form);
+    let imported = actuator.imported.iter().filter(|m| m.quantity.id == response.quantity.id).map(|m| m.form.as_str());
+    let spec = |form: &str| ComparisonSpec {
+        quantity: response.quantity.id.clone(),
+        form: form.to_owned(),
+        model: None,
+        title: None,
+        fit: None,
+        not_judged: None,
+        remark: None,
+        line: 1,
+    };
+    let mut specs: Vec<ComparisonSpec> = entries.chain(imported).map(spec).collect();
+    if specs.is_empty() {
+        specs.push(spec(NO_FORM));
+    }
+    specs
+}

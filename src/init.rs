@@ -1,0 +1,161 @@
+//! `pneuval init`: look at the logs in a folder, and write a first description of them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use pneuval_ingest::draft::{self, Draft};
+use pneuval_ingest::formats::csv::{self, CsvOptions, TextLog};
+use pneuval_ingest::{IngestError, limits, manifest};
+
+use crate::cli::Init;
+use crate::exit::{Failure, Outcome};
+use crate::output;
+
+/// A log and its file name.
+type Named = (String, TextLog);
+
+/// Endings of files that may be logs.
+const ENDINGS: [&str; 5] = ["csv", "tsv", "txt", "log", "dat"];
+
+/// What was done, for the terminal and `--json`.
+#[derive(Serialize)]
+struct Told {
+    written: Vec<String>,
+    kept: Vec<String>,
+    logs: Vec<String>,
+    left_out: Vec<String>,
+    guesses: Vec<String>,
+}
+
+pub fn run(arguments: &Init) -> Result<Outcome, Failure> {
+    let folder = &arguments.folder;
+    let session = folder.join("session.toml");
+    if session.exists() {
+        return Err(Failure::Flag {
+            flag: "FOLDER",
+            found: format!("{}, which is there already", session.display()),
+            expected: "a folder without session.toml".to_owned(),
+            next: "edit it, or move it away to have it written anew".to_owned(),
+        });
+    }
+    if let Some(id) = arguments.actuator.as_ref().filter(|id| !manifest::is_id(id)) {
+        return Err(Failure::Flag {
+            flag: "--actuator",
+            found: format!("`{id}`"),
+            expected: "an id of lower-case letters, digits, `-` and `.`".to_owned(),
+            next: "rename it".to_owned(),
+        });
+    }
+    let (logs, mut left_out) = logs(folder)?;
+    let (chosen, others) = of_one_layout(logs);
+    left_out.extend(others.iter().map(|name| format!("{name}: laid out differently, so a session of its own folder")));
+    let drafted = draft::draft(&id_of(folder)?, &chosen, arguments.actuator.as_deref());
+    let Some(drafted) = drafted else {
+        return Err(Failure::Flag {
+            flag: "FOLDER",
+            found: format!("{} with no log of two columns of numbers", folder.display()),
+            expected: format!("logs ending in {}", ENDINGS.join(", ")),
+            next: left_out.first().cloned().unwrap_or_else(|| "name the folder that holds the logs".to_owned()),
+        });
+    };
+    let (written, kept) = write(folder, &drafted)?;
+    let told = Told {
+        written,
+        kept,
+        logs: chosen.into_iter().map(|(name, _)| name).collect(),
+        left_out,
+        guesses: drafted.guesses,
+    };
+    if arguments.json {
+        output::print_json(&told)?;
+    } else {
+        output::print(&text(&told, arguments))?;
+    }
+    Ok(Outcome::Expected)
+}
+
+/// The logs of a folder in the order of their names, and what could not be read.
+fn logs(folder: &Path) -> Result<(Vec<Named>, Vec<String>), Failure> {
+    let failed = |source| IngestError::read(folder, source);
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if path.is_file() && ENDINGS.contains(&ending.as_str()) {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    let (mut logs, mut left_out) = (Vec::new(), Vec::new());
+    for path in paths {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let read =
+            limits::read(&path, limits::LOG_BYTES_MAX).and_then(|b| csv::read(&name, &b, &CsvOptions::default()));
+        match read {
+            Ok(log) => logs.push((name, log)),
+            Err(error) => left_out.push(error.to_string().lines().map(str::trim).collect::<Vec<_>>().join("; ")),
+        }
+    }
+    Ok((logs, left_out))
+}
+
+/// The largest group of logs that share a layout, the first of equals; and the names of the others.
+fn of_one_layout(logs: Vec<Named>) -> (Vec<Named>, Vec<String>) {
+    let columns = |log: &TextLog| -> Vec<(String, Option<String>, bool)> {
+        log.columns.iter().map(|c| (c.name.clone(), c.unit.clone(), c.cells.numbers().is_some())).collect()
+    };
+    let alike = |a: &TextLog, b: &TextLog| columns(a) == columns(b);
+    let size = |i: usize| logs.iter().filter(|(_, log)| alike(log, &logs[i].1)).count();
+    // The first of equal size: max_by_key takes the last.
+    let Some(best) = (0..logs.len()).rev().max_by_key(|&i| size(i)) else { return (vec![], vec![]) };
+    let layout = columns(&logs[best].1);
+    let (chosen, others): (Vec<_>, Vec<_>) = logs.into_iter().partition(|(_, log)| columns(log) == layout);
+    (chosen, others.into_iter().map(|(name, _)| name).collect())
+}
+
+/// An id from the folder's name.
+fn id_of(folder: &Path) -> Result<String, Failure> {
+    let real = folder.canonicalize().map_err(|source| IngestError::read(folder, source))?;
+    let name = real.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let id: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    let id = id.trim_matches('-').to_owned();
+    Ok(if manifest::is_id(&id) { id } else { "session".to_owned() })
+}
+
+/// Writes what is not there yet: the files written, and those that were left as they are.
+fn write(folder: &Path, drafted: &Draft) -> Result<(Vec<String>, Vec<String>), Failure> {
+    let (mut written, mut kept) = (Vec::new(), Vec::new());
+    let files = [
+        ("session.toml", &drafted.session),
+        ("actuator.toml", &drafted.actuator),
+        ("rig.toml", &drafted.rig),
+        ("bounds.toml", &drafted.bounds),
+    ];
+    for (name, text) in files {
+        let path = folder.join(name);
+        if path.exists() {
+            kept.push(name.to_owned());
+            continue;
+        }
+        fs::write(&path, text).map_err(|source| IngestError::write(&path, source))?;
+        written.push(name.to_owned());
+    }
+    Ok((written, kept))
+}
+
+fn text(told: &Told, arguments: &Init) -> String {
+    let mut lines = vec![format!("Read:    {}", told.logs.join(", "))];
+    lines.extend(told.left_out.iter().map(|text| format!("Not used: {text}")));
+    lines.push(format!("Written: {}", told.written.join(", ")));
+    if !told.kept.is_empty() {
+        lines.push(format!("Kept:    {}", told.kept.join(", ")));
+    }
+    lines.extend(told.guesses.iter().map(|guess| format!("Guess:   {guess}")));
+    let folder = arguments.folder.display();
+    let first =
+        if arguments.actuator.is_some() { "check the guesses" } else { "fill in `actuator` and check the guesses" };
+    lines.push(format!("Next:    {first} in {folder}/session.toml, then `pneuval validate {folder}`"));
+    lines.join("\n") + "\n"
+}

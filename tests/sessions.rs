@@ -1,0 +1,573 @@
+//! Raw logs through a session, by the binary: a type of one's own, calibration, findings, repeats, `init`.
+
+// In a test a panic is how a failure is told.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod common;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use common::{Said, pneuval};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder with a session on an actuator of a type that nobody embedded.
+struct Sitting {
+    folder: TempDir,
+}
+
+const ACTUATOR: &str = r#"schema = 1
+id = "my-bellows"
+title = "My bellows"
+summary = "A bellows nobody has published."
+
+[chamber.air]
+pressure_gauge_max = { value = 40, unit = "kPa", source = "measured" }
+
+[[model]]
+kind = "imported"
+form = "abaqus"
+title = "Abaqus, C3D8H"
+quantity = { id = "stroke", title = "Stroke", unit = "mm" }
+source = "Abaqus 2024, job bellows-7"
+file = "fea.csv"
+pressure = { column = "p", chamber = "air", reference = "gauge" }
+predicted = "u3"
+std = "u3_std"
+"#;
+
+const FEA: &str = "p,u3,u3_std\nkPa,mm,mm\n0,0,0\n20,10.0,0.01\n40,30.0,0.01\n";
+
+const LOG: &str = "pressure (kPa);stroke [mm]\n0;0,0\n10;5,2\n20;10,1\n30;19,8\n40;30,5\n";
+
+const SESSION: &str = r#"schema = 1
+id = "monday"
+actuator = "my-bellows"
+
+[[channel]]
+id = "pressure"
+column = "pressure (kPa)"
+reference = "gauge"
+
+[[channel]]
+id = "stroke"
+column = "stroke [mm]"
+
+[[run]]
+file = "log.csv"
+
+[[response]]
+quantity = { id = "stroke", title = "Stroke", unit = "mm" }
+pressure = [{ channel = "pressure", chamber = "air" }]
+measured = { channel = "stroke", method = "laser" }
+"#;
+
+impl Sitting {
+    fn new() -> Self {
+        let sitting = Self { folder: tempfile::tempdir().unwrap() };
+        for (name, text) in [("actuator.toml", ACTUATOR), ("fea.csv", FEA), ("log.csv", LOG), ("session.toml", SESSION)]
+        {
+            sitting.write(name, text);
+        }
+        sitting
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.path().join(name), text).unwrap();
+    }
+
+    fn change(&self, name: &str, from: &str, to: &str) {
+        let text = fs::read_to_string(self.path().join(name)).unwrap();
+        assert!(text.contains(from), "{name} has no {from:?}");
+        self.write(name, &text.replacen(from, to, 1));
+    }
+
+    fn bound(&self, max: f64, more: &str) {
+        self.write(
+            "bounds.toml",
+            &format!(
+                "schema = 1\n[[bound]]\nactuator = \"my-bellows\"\nquantity = \"stroke\"\nmodel = \"abaqus\"\n\
+                 metric = \"max_abs_error\"\nmax = {{ value = {max:?}, unit = \"mm\" }}\nreason = \"a test\"\n{more}"
+            ),
+        );
+    }
+
+    fn validate(&self) -> Said {
+        pneuval(self.path(), &["validate", ".", "--out", "report"])
+    }
+
+    fn results(&self) -> Value {
+        serde_json::from_slice(&fs::read(self.path().join("report/results/results.json")).unwrap()).unwrap()
+    }
+}
+
+fn points(results: &Value, comparison: usize) -> &Vec<Value> {
+    results["comparisons"][comparison]["points"].as_array().unwrap()
+}
+
+fn findings<'a>(results: &'a Value, kind: &str) -> Vec<&'a Value> {
+    results["findings"].as_array().unwrap().iter().filter(|f| f["kind"] == kind).collect()
+}
+
+#[test]
+fn a_type_of_ones_own_from_an_actuator_file_a_table_and_a_log() {
+    let sitting = Sitting::new();
+    // Residuals at 10 to 40 kPa: straight lines give 5, 10, 20, 30 mm against 5.2, 10.1, 19.8, 30.5.
+    sitting.change("session.toml", "id = \"stroke\"\ncolumn", "id = \"stroke\"\ninstrument = \"laser\"\ncolumn");
+    sitting.change("session.toml", "actuator = ", "rig = \"bench\"\nactuator = ");
+    sitting.write("rig.toml", "schema = 1\nid = \"bench\"\n[instrument.laser]\ninput = \"mm\"\nstd = 0.02\n");
+    sitting.bound(0.6, "allow_single_repeat = true\n");
+    let said = sitting.validate();
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert!(said.out.contains("0.5000 mm") && said.out.contains("pass"), "{}", said.out);
+    let page = fs::read_to_string(sitting.path().join("report/my-bellows.html")).unwrap();
+    for word in
+        ["My bellows", "Abaqus 2024, job bellows-7", "straight lines between", "Session: monday", "data:image/png"]
+    {
+        assert!(page.contains(word), "{word}");
+    }
+    let png = sitting.path().join("report/results/figures/monday_stroke_response.png");
+    assert!(image::open(png).unwrap().width() == 1520);
+    let results = sitting.results();
+    let point = &points(&results, 0)[3];
+    assert!((point["predicted"][0].as_f64().unwrap() - 20e-3).abs() < 1e-15);
+    // Two of the table's standard uncertainties, and two of the instrument's.
+    assert!((point["predicted_half_width"][0].as_f64().unwrap() - 0.02e-3).abs() < 1e-15);
+    assert!((point["measured_half_width"][0].as_f64().unwrap() - 0.04e-3).abs() < 1e-15);
+    let sources = results["actuators"][0]["datasets"][0]["sources"].as_array().unwrap();
+    let names: Vec<&str> = sources.iter().map(|s| s["path"].as_str().unwrap()).collect();
+    assert_eq!(names, ["session.toml", "rig.toml", "log.csv", "actuator.toml", "fea.csv", "bounds.toml"]);
+    // A tighter bound, a failure; and the same through the stored results.
+    sitting.bound(0.4, "allow_single_repeat = true\n");
+    assert_eq!(sitting.validate().code, 1);
+    assert_eq!(pneuval(sitting.path(), &["gate", "report"]).code, 1);
+}
+
+#[test]
+fn nothing_is_extrapolated() {
+    let sitting = Sitting::new();
+    sitting.change("fea.csv", "40,30.0,0.01\n", "");
+    sitting.bound(9.0, "");
+    let said = sitting.validate();
+    assert_eq!(said.code, 1, "{}", said.out);
+    assert!(said.out.contains("no prediction at 2 of 4 measured points"), "{}", said.out);
+    assert!(said.out.contains("the table reaches from 0 kPa to 20 kPa; nothing is extrapolated"), "{}", said.out);
+}
+
+#[test]
+fn one_repeat_decides_nothing_unless_the_bound_allows_it_and_the_instrument_says_how_sure_it_is() {
+    let sitting = Sitting::new();
+    sitting.bound(5.0, "");
+    let said = sitting.validate();
+    assert_eq!(said.code, 3);
+    assert!(said.out.contains("from one repeat"), "{}", said.out);
+    // Allowed, but the log says nothing about its uncertainty.
+    sitting.bound(5.0, "allow_single_repeat = true\n");
+    let said = sitting.validate();
+    assert_eq!(said.code, 3);
+    assert!(said.out.contains("declares no uncertainty"), "{}", said.out);
+}
+
+#[test]
+fn repeats_give_an_interval_that_decides() {
+    let sitting = Sitting::new();
+    sitting.write("log2.csv", &LOG.replace("30,5", "30,7").replace("19,8", "19,9"));
+    sitting.write("log3.csv", &LOG.replace("30,5", "30,6"));
+    sitting.change(
+        "session.toml",
+        "[[run]]\nfile = \"log.csv\"\n",
+        "[[run]]\nfile = \"log.csv\"\n[[run]]\nfile = \"log2.csv\"\n[[run]]\nfile = \"log3.csv\"\n",
+    );
+    sitting.bound(2.0, "");
+    let said = sitting.validate();
+    assert_eq!(said.code, 0, "{}", said.out);
+    let results = sitting.results();
+    let last = &points(&results, 0)[4];
+    assert_eq!(last["runs"].as_array().unwrap().len(), 3);
+    assert!((last["measured"][0].as_f64().unwrap() - 30.6e-3).abs() < 1e-12);
+    // s = 0.1 mm, n = 3: 4.302653 × 0.1 / √3.
+    let half = last["measured_half_width"][0].as_f64().unwrap() * 1e3;
+    assert!((half - 4.302_652_73 * 0.1 / 3.0_f64.sqrt()).abs() < 1e-6, "{half}");
+    // Wholly beyond, and over the bound: 0.6 mm with 0.25 mm either side.
+    sitting.bound(0.1, "");
+    assert_eq!(sitting.validate().code, 1);
+    sitting.bound(0.6, "");
+    let said = sitting.validate();
+    assert_eq!(said.code, 3);
+    assert!(said.out.contains("more repeats"), "{}", said.out);
+}
+
+#[test]
+fn text_in_a_number_column_is_a_hole_with_line_and_column() {
+    let sitting = Sitting::new();
+    sitting.change("log.csv", "20;10,1", "20;error");
+    let said = sitting.validate();
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert!(
+        said.err.contains("stroke [mm]") && said.err.contains("line 4") && said.err.contains("`error`"),
+        "{}",
+        said.err
+    );
+    let results = sitting.results();
+    let finding = findings(&results, "non-numeric-cell")[0];
+    assert_eq!((&finding["severity"], &finding["channel"]), (&Value::from("excluded"), &Value::from("stroke [mm]")));
+    assert_eq!(
+        (&finding["spans"][0]["first_sample"], &finding["spans"][0]["first_line"]),
+        (&Value::from(2), &Value::from(4))
+    );
+    assert_eq!(points(&results, 0).len(), 4);
+    let session = &results["actuators"][0]["datasets"][0]["session"];
+    assert_eq!((&session["samples_read"], &session["samples_excluded"]), (&Value::from(10), &Value::from(1)));
+    // One in ten is more than the one in twenty that a session allows by itself; a session may allow more.
+    assert!(
+        fs::read_to_string(sitting.path().join("report/index.html")).unwrap().contains("more than the 5.000 % allowed")
+    );
+    sitting.bound(2.0, "allow_single_repeat = true\n");
+    sitting.change("session.toml", "actuator = ", "rig = \"bench\"\nactuator = ");
+    sitting.change("session.toml", "id = \"stroke\"\ncolumn", "id = \"stroke\"\ninstrument = \"laser\"\ncolumn");
+    sitting.write("rig.toml", "schema = 1\nid = \"bench\"\n[instrument.laser]\ninput = \"mm\"\nstd = 0.02\n");
+    assert_eq!(sitting.validate().code, 3);
+    sitting.change("session.toml", "actuator = ", "excluded_max = { value = 10, unit = \"%\" }\nactuator = ");
+    assert_eq!(sitting.validate().code, 0);
+}
+
+#[test]
+fn only_a_required_channel_without_any_number_is_exit_4() {
+    let sitting = Sitting::new();
+    sitting.write("log.csv", "pressure (kPa);stroke [mm];note\n0;0,0;a\n10;off;b\n20;off;c\n");
+    assert_eq!(sitting.validate().code, 3, "one sample survives");
+    sitting.write(
+        "rig.toml",
+        "schema = 1\nid = \"bench\"\n[instrument.laser]\ninput = \"mm\"\nvalid = { min = 100, max = 200 }\n",
+    );
+    sitting.change("session.toml", "actuator = ", "rig = \"bench\"\nactuator = ");
+    sitting.change("session.toml", "id = \"stroke\"\ncolumn", "id = \"stroke\"\ninstrument = \"laser\"\ncolumn");
+    let before = fs::read_dir(sitting.path()).unwrap().count();
+    let said = sitting.validate();
+    assert_eq!(said.code, 4, "{}", said.err);
+    assert!(said.err.contains("channel `stroke`") && said.err.contains("none of 3"), "{}", said.err);
+    assert_eq!(fs::read_dir(sitting.path()).unwrap().count(), before, "nothing is written over an earlier report");
+    // A log with no number in it at all.
+    let sitting = Sitting::new();
+    sitting.write("log.csv", "the rig was off\n");
+    assert_eq!(sitting.validate().code, 4);
+}
+
+#[test]
+fn flex_volts_become_degrees_and_what_the_sensor_cannot_mean_is_refused_per_sample() {
+    let sitting = Sitting::new();
+    // The embedded rig of the fruit gripper's finger: Eq. 16 and 17.
+    sitting.write(
+        "session.toml",
+        &SESSION
+            .replace("actuator = ", "rig = \"fruit-finger\"\nactuator = ")
+            .replace(
+                "id = \"stroke\"\ncolumn = \"stroke [mm]\"",
+                "id = \"angle\"\ncolumn = \"u\"\ninstrument = \"flex\"",
+            )
+            .replace("pressure (kPa)", "p")
+            .replace("reference", "unit = \"kPa\"\nreference")
+            .replace(
+                "{ id = \"stroke\", title = \"Stroke\", unit = \"mm\" }",
+                "{ id = \"angle\", title = \"Angle\", unit = \"deg\" }",
+            )
+            .replace("channel = \"stroke\"", "channel = \"angle\""),
+    );
+    sitting.write("log.csv", "p,u\n0,1.9645\n10,1.5\n20,1.2195\n30,0\n40,5\n50,-0.2\n60,5.3\n");
+    let said = sitting.validate();
+    assert_eq!(said.code, 3, "{}", said.err);
+    let results = sitting.results();
+    let degrees: Vec<f64> =
+        points(&results, 0).iter().map(|p| p["measured"][0].as_f64().unwrap().to_degrees()).collect();
+    assert_eq!(degrees.len(), 3);
+    for (found, printed, half) in [(degrees[0], 0.0058, 5e-5), (degrees[1], 55.76, 5e-3), (degrees[2], 109.9969, 5e-5)]
+    {
+        assert!((found - printed).abs() <= half, "{found} {printed}");
+    }
+    let refused = findings(&results, "out-of-calibration")[0];
+    assert_eq!((&refused["count"], &refused["severity"]), (&Value::from(4), &Value::from("excluded")));
+    let text = refused["text"].as_str().unwrap();
+    for word in ["0 V at line 5", "5 V at line 6", "-0.2 V at line 7", "5.3 V at line 8"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    assert_eq!(
+        (&refused["spans"][0]["first_sample"], &refused["spans"][0]["last_sample"]),
+        (&Value::from(3), &Value::from(6))
+    );
+}
+
+#[test]
+fn absolute_pressure_needs_the_atmosphere_and_becomes_gauge() {
+    let sitting = Sitting::new();
+    sitting.change("session.toml", "reference = \"gauge\"", "reference = \"absolute\"");
+    sitting.change(
+        "log.csv",
+        "0;0,0\n10;5,2\n20;10,1\n30;19,8\n40;30,5",
+        "101;0,0\n111;5,2\n121;10,1\n131;19,8\n141;30,5",
+    );
+    let said = sitting.validate();
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("session.toml:15") && said.err.contains("`atmosphere`"), "{}", said.err);
+    sitting.change(
+        "session.toml",
+        "file = \"log.csv\"",
+        "file = \"log.csv\"\natmosphere = { value = 101, unit = \"kPa\" }",
+    );
+    assert_eq!(sitting.validate().code, 3);
+    let results = sitting.results();
+    let gauge: Vec<f64> = points(&results, 0).iter().map(|p| p["pressures_gauge_pa"][0].as_f64().unwrap()).collect();
+    assert_eq!(gauge, [0.0, 10e3, 20e3, 30e3, 40e3]);
+    // A pressure of which nobody says which it is, is refused.
+    sitting.change("session.toml", "reference = \"absolute\"\n", "");
+    let said = sitting.validate();
+    assert!(said.code == 2 && said.err.contains("gauge or absolute"), "{}", said.err);
+}
+
+/// Three axes of a sensor and a transmitter at the origin; contact pressure and area; a tared force.
+const POSE: &str =
+    "p,x,y,z,pc,area,f\nkPa,mm,mm,mm,kPa,mm2,N\n0,30,0,40,0,0,0.5\n0,30,0,40,0,0,0.7\n20,33,0,44,37,424.4,1.6\n";
+
+#[test]
+fn derived_channels_are_computed_once_and_a_tare_is_told() {
+    let sitting = Sitting::new();
+    let channel = |c: &&str| {
+        let more = match *c {
+            "p" | "pc" => "reference = \"gauge\"\n",
+            "f" => "tare_samples = 2\n",
+            _ => "",
+        };
+        format!("[[channel]]\nid = \"{c}\"\ncolumn = \"{c}\"\n{more}")
+    };
+    let channels = ["p", "x", "y", "z", "pc", "area", "f"].iter().map(channel).collect::<Vec<_>>().concat();
+    let derived = |id: &str, rule: &str, from: &str, unit: &str| {
+        format!("[[derived]]\nid = \"{id}\"\nrule = \"{rule}\"\nfrom = [{from}]\nunit = \"{unit}\"\n")
+    };
+    let response = |id: &str, unit: &str| {
+        format!(
+            "[[response]]\nquantity = {{ id = \"{id}\", title = \"{id}\", unit = \"{unit}\" }}\n\
+             pressure = [{{ channel = \"p\", chamber = \"air\" }}]\nmeasured = {{ channel = \"{id}\" }}\n"
+        )
+    };
+    let text = format!(
+        "schema = 1\nid = \"pose\"\nactuator = \"my-bellows\"\nsynthetic = true\n{channels}{}{}{}{}\n[[run]]\nfile = \"log.csv\"\n{}{}{}{}{}",
+        derived("way", "displacement", "\"x\", \"y\", \"z\"", "mm"),
+        derived("range", "transmitter-distance", "\"x\", \"y\", \"z\"", "mm"),
+        derived("contact", "product", "\"pc\", \"area\"", "N"),
+        derived("net", "difference", "\"f\", \"contact\"", "N"),
+        response("way", "mm"),
+        response("range", "mm"),
+        response("contact", "N"),
+        response("net", "N"),
+        response("f", "N"),
+    );
+    sitting.write("session.toml", &text);
+    sitting.write("log.csv", POSE);
+    let said = sitting.validate();
+    assert_eq!(said.code, 3, "{}", said.err);
+    let results = sitting.results();
+    let last = |comparison: usize| points(&results, comparison).last().unwrap()["measured"][0].as_f64().unwrap();
+    // (3, 0, 4) from (30, 0, 40): 5 mm of way; from 50 to 55 mm of range.
+    assert!((last(0) - 5e-3).abs() < 1e-15 && (last(1) - 5e-3).abs() < 1e-15);
+    assert!((last(2) - 37e3 * 424.4e-6).abs() < 1e-12);
+    // Tared by the mean of 0.5 and 0.7 N.
+    assert!((last(4) - 1.0).abs() < 1e-12 && (last(3) - (1.0 - 15.7028)).abs() < 1e-9);
+    assert!(findings(&results, "tared")[0]["text"].as_str().unwrap().contains("0.6 N"));
+    assert!(said.err.contains("zero is the mean of its first 2 samples"), "{}", said.err);
+    let page = fs::read_to_string(sitting.path().join("report/my-bellows.html")).unwrap();
+    assert!(page.contains("Synthetic data"));
+}
+
+#[test]
+fn a_position_is_judged_by_its_distance() {
+    let sitting = Sitting::new();
+    sitting.write(
+        "actuator.toml",
+        &ACTUATOR
+            .replace(
+                "{ id = \"stroke\", title = \"Stroke\", unit = \"mm\" }",
+                "{ id = \"tip\", title = \"Tip\", unit = \"mm\", components = [\"x\", \"z\"] }",
+            )
+            .replace("predicted = \"u3\"\nstd = \"u3_std\"\n", "predicted = [\"ux\", \"uz\"]\n"),
+    );
+    sitting.write("fea.csv", "p,ux,uz\nkPa,mm,mm\n0,0,100\n40,40,80\n");
+    sitting.write("log.csv", "p,x,z\nkPa,mm,mm\n0,0,100\n20,23,94\n40,40,80\n");
+    sitting.write(
+        "session.toml",
+        "schema = 1\nid = \"tip\"\nactuator = \"my-bellows\"\n[[channel]]\nid = \"p\"\ncolumn = \"p\"\nreference = \"gauge\"\n\
+         [[channel]]\nid = \"x\"\ncolumn = \"x\"\n[[channel]]\nid = \"z\"\ncolumn = \"z\"\n[[run]]\nfile = \"log.csv\"\n[[response]]\n\
+         quantity = { id = \"tip\", title = \"Tip\", unit = \"mm\", components = [\"x\", \"z\"] }\n\
+         pressure = [{ channel = \"p\", chamber = \"air\" }]\nmeasured = { channel = [\"x\", \"z\"] }\n",
+    );
+    let said = sitting.validate();
+    assert_eq!(said.code, 3, "{}", said.err);
+    let results = sitting.results();
+    // (20, 90) predicted, (23, 94) measured: 3-4-5.
+    assert!((points(&results, 0)[1]["residual"].as_f64().unwrap() - 5e-3).abs() < 1e-15);
+    let metric = |id: &str| {
+        let metrics = results["comparisons"][0]["metrics"].as_array().unwrap();
+        metrics.iter().find(|m| m["metric"] == id).unwrap()["value"].as_f64()
+    };
+    assert!((metric("max_abs_error").unwrap() - 5e-3).abs() < 1e-15);
+    assert!((metric("rmse").unwrap() - 5e-3 / 2.0_f64.sqrt()).abs() < 1e-15);
+    assert_eq!(metric("bias"), None);
+    assert!(sitting.path().join("report/results/figures/tip_tip_response.png").is_file());
+}
+
+#[test]
+fn plateaus_of_a_clocked_log_are_points_and_a_gap_is_told() {
+    let sitting = Sitting::new();
+    let mut log = String::from("t_ms\tp_kPa\tmm\n");
+    for i in 0..120 {
+        // 2 s at 10 kPa, 1 s of ramp, 3 s at 20 kPa, at 20 Hz; half a second is missing in the second hold.
+        let t = 50.0 * f64::from(i) + if i >= 90 { 500.0 } else { 0.0 };
+        let p = 10.0 + (f64::from(i - 40) * 0.5).clamp(0.0, 10.0);
+        writeln!(log, "{t}\t{p}\t{}", 0.5 * p + if i % 2 == 0 { 0.01 } else { -0.01 }).unwrap();
+    }
+    sitting.write("log.csv", &log);
+    sitting.write(
+        "session.toml",
+        &SESSION
+            .replace("[[channel]]\nid = \"pressure\"\ncolumn = \"pressure (kPa)\"", "[clock]\ncolumn = \"t_ms\"\nunit = \"ms\"\n[[channel]]\nid = \"pressure\"\ncolumn = \"p_kPa\"\nunit = \"kPa\"")
+            .replace("column = \"stroke [mm]\"", "column = \"mm\"\nunit = \"mm\"")
+            .replace(
+                "method = \"laser\" }\n",
+                "method = \"laser\" }\npoints = { from = \"plateaus\", tolerance = { value = 0.2, unit = \"kPa\" }, hold = { value = 1, unit = \"s\" }, window = { value = 0.5, unit = \"s\" } }\n",
+            ),
+    );
+    let said = sitting.validate();
+    assert_eq!(said.code, 3, "{}", said.err);
+    let results = sitting.results();
+    let found: Vec<(f64, f64)> = points(&results, 0)
+        .iter()
+        .map(|p| (p["pressures_gauge_pa"][0].as_f64().unwrap() / 1e3, p["measured"][0].as_f64().unwrap() * 1e3))
+        .collect();
+    assert_eq!(found.len(), 2, "{found:?}");
+    for ((p, d), expected) in found.iter().zip([10.0, 20.0]) {
+        assert!((p - expected).abs() < 0.1 && (d - 0.5 * expected).abs() < 0.05, "{found:?}");
+    }
+    assert!(findings(&results, "gap")[0]["text"].as_str().unwrap().contains("550 ms"));
+    let census = &results["actuators"][0]["datasets"][0]["session"]["responses"][0];
+    assert_eq!((&census["samples"], &census["points"]), (&Value::from(120), &Value::from(2)));
+}
+
+#[test]
+fn mistakes_in_a_session_are_told_by_file_line_and_next_step() {
+    for (file, from, to, place, word) in [
+        ("session.toml", "actuator = \"my-bellows\"", "actuator = \"FILL-IN\"", "session.toml:3", "pneuval models"),
+        (
+            "session.toml",
+            "actuator = \"my-bellows\"",
+            "actuator = \"my-belows\"",
+            "session.toml",
+            "actuator.toml of that id",
+        ),
+        (
+            "session.toml",
+            "column = \"stroke [mm]\"",
+            "column = \"stroke\"",
+            "session.toml:11",
+            "did you mean `stroke [mm]`?",
+        ),
+        ("session.toml", "column = \"stroke [mm]\"", "column = 3", "session.toml:11", "column 3 of 2"),
+        ("session.toml", "column = \"stroke [mm]\"", "column = 0", "session.toml:12", "its number from 1"),
+        (
+            "session.toml",
+            "column = \"stroke [mm]\"",
+            "column = \"stroke [mm]\"\nunit = \"kPa\"\nreference = \"gauge\"",
+            "session.toml:20",
+            "channel `stroke` as a length",
+        ),
+        (
+            "session.toml",
+            "id = \"stroke\"\ncolumn",
+            "id = \"pressure\"\ncolumn",
+            "session.toml:11",
+            "every channel once",
+        ),
+        ("session.toml", "file = \"log.csv\"", "file = \"../log.csv\"", "session.toml:15", "inside this folder"),
+        ("session.toml", "file = \"log.csv\"", "file = \"log9.csv\"", "log9.csv", "cannot be read"),
+        ("session.toml", "channel = \"stroke\"", "channel = \"stroek\"", "session.toml:20", "did you mean `stroke`?"),
+        ("session.toml", "chamber = \"air\"", "chambre = \"air\"", "session.toml:19", "did you mean `chamber`?"),
+        ("session.toml", "[[run]]\nfile = \"log.csv\"\n", "", "session.toml:2", "at least one [[run]]"),
+        (
+            "session.toml",
+            "id = \"stroke\"\ncolumn",
+            "id = \"stroke\"\ninstrument = \"laser\"\ncolumn",
+            "session.toml:11",
+            "rig",
+        ),
+        (
+            "session.toml",
+            "method = \"laser\" }",
+            "method = \"laser\" }\npoints = { from = \"plateaus\" }",
+            "session.toml:21",
+            "`tolerance`, `hold` and `window`",
+        ),
+        (
+            "session.toml",
+            "method = \"laser\" }",
+            "method = \"laser\" }\n[[comparison]]\nquantity = \"stroke\"\nform = \"ansys\"",
+            "session.toml:23",
+            "use one of: abaqus",
+        ),
+        ("actuator.toml", "chamber = \"air\"", "chamber = \"water\"", "session.toml", "chamber water"),
+        ("fea.csv", "20,10.0", "x,10.0", "fea.csv:4: column `p`", "a number"),
+        ("fea.csv", "20,10.0", "50,10.0", "fea.csv:5: column `p`", "pressures that rise"),
+        ("fea.csv", "40,30.0", "40,", "fea.csv:5: column `u3`", "a number in every row"),
+    ] {
+        let sitting = Sitting::new();
+        sitting.change(file, from, to);
+        let said = sitting.validate();
+        assert_eq!(said.code, 2, "{to}: {}{}", said.out, said.err);
+        assert!(said.err.contains(place) && said.err.contains(word), "{to}: {}", said.err);
+        assert!(said.err.contains("next:") || word == "cannot be read", "{}", said.err);
+        assert!(!sitting.path().join("report").exists(), "{to}");
+    }
+}
+
+#[test]
+fn init_proposes_a_session_that_validate_accepts_once_the_actuator_is_filled_in() {
+    let rows = |n: u32, line: &dyn Fn(u32) -> String| (0..n).map(line).collect::<String>();
+    let clocked =
+        rows(400, &|i| format!("{}\t{:.3}\t{:.3}\r\n", 10 * i, 1.0 + f64::from(i / 100), 0.1 * f64::from(i % 7)));
+    for (name, text) in [
+        ("a.csv", "Pressure [bar],Tip angle (deg),Force N\n0,0,0\n0.1,10,0.2\n0.2,19,0.5\n".to_owned()),
+        ("b.csv", "\u{feff}Druck;Weg\r\nkPa;mm\r\n0;0,0\r\n10;1,5\r\n20;3,5\r\n\r\nEnde der Messung\r\n".to_owned()),
+        ("c.tsv", clocked),
+        ("d.txt", "# rig 7\nconfig,p,x\nA 1,0,0\nA 1,50,2\nB/2,0,0\nB/2,50,3\n".to_owned()),
+        ("e.log", "t pressure flex\ns V V\n0 0.1 1.9\n0.1 0.2 1.8\n0.2 0.3 1.7\n".to_owned()),
+        ("f.csv", "1,2\n3,4\n5,6\n".to_owned()),
+        ("g.csv", "index,measured,none\n0,1,2\n1,2,3\n2,3,4\n".to_owned()),
+    ] {
+        let lab = tempfile::tempdir().unwrap();
+        let folder = lab.path().join("Monday 3");
+        fs::create_dir(&folder).unwrap();
+        fs::write(folder.join(name), &text).unwrap();
+        let said = pneuval(lab.path(), &["init", "Monday 3"]);
+        assert_eq!(said.code, 0, "{name}: {}", said.err);
+        assert!(said.out.contains("session.toml") && said.out.contains("Next:"), "{}", said.out);
+        let written = fs::read_to_string(folder.join("session.toml")).unwrap();
+        let validate = || pneuval(lab.path(), &["validate", "Monday 3", "--out", "report"]);
+        let said = validate();
+        assert!(said.code == 2 && said.err.contains("session.toml:3: key `actuator`"), "{name}: {}", said.err);
+        for id in ["internal-support", "an-actuator-of-mine"] {
+            fs::write(folder.join("session.toml"), written.replace("FILL-IN", id)).unwrap();
+            let said = validate();
+            assert_eq!(said.code, 3, "{name} {id}: {}\n{written}", said.err);
+            assert!(lab.path().join(format!("report/{id}.html")).is_file(), "{name}");
+        }
+        // A second time nothing is written over.
+        let said = pneuval(lab.path(), &["init", "Monday 3"]);
+        assert!(said.code == 2 && said.err.contains("there already"), "{}", said.err);
+    }
+    let empty = tempfile::tempdir().unwrap();
+    let said = pneuval(empty.path(), &["init", "."]);
+    assert!(said.code == 2 && said.err.contains("no log of two columns"), "{}", said.err);
+    assert_eq!(fs::read_dir(empty.path()).unwrap().count(), 0);
+}
