@@ -17,6 +17,12 @@ use crate::series::{CurvePoint, Trace};
 /// Points on which a model is drawn between zero and full pressure.
 const CURVE_STEPS: u32 = 100;
 
+/// Sets of conditions up to which they are settings, each with a curve of its own; more are measured values.
+pub const SETS_MAX: usize = 12;
+
+/// Models kept for points to come: settings come again, measured conditions do not.
+const BUILT_MAX: usize = 64;
+
 /// A prediction at the points of a response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
@@ -86,6 +92,9 @@ impl<'a> Form<'a> {
     pub fn value(&self, pressures_gauge_pa: &[f64], conditions_si: &[f64]) -> Result<Vec<f64>, ModelError> {
         let mut built = self.built.borrow_mut();
         let known = built.iter().position(|(set, _)| set == conditions_si);
+        if known.is_none() && built.len() == BUILT_MAX {
+            built.clear();
+        }
         let i = known.unwrap_or_else(|| {
             let mut inputs = self.inputs.clone();
             // What the form does not ask for must not take the place of an input of the same name.
@@ -175,8 +184,10 @@ pub fn predict_at(predictor: &dyn Predictor, point: &ResponsePoint) -> Predicted
     predicted
 }
 
-/// The prediction between the points of a response, one trace per set of conditions.
+/// The prediction between the points of a response, one trace per set of conditions; none where the sets are too many to be
+/// settings.
 pub fn traces(predictor: &dyn Predictor, response: &Response) -> Vec<Trace> {
+    let Some(sets) = response.condition_sets(SETS_MAX) else { return vec![] };
     let full = full_pressures(&response.pressures());
     let points = |conditions: &[f64]| {
         (0..=CURVE_STEPS)
@@ -193,11 +204,12 @@ pub fn traces(predictor: &dyn Predictor, response: &Response) -> Vec<Trace> {
             })
             .collect::<Vec<_>>()
     };
-    response.condition_sets().iter().map(|set| Trace { points: points(set) }).collect()
+    sets.iter().map(|set| Trace { points: points(set) }).collect()
 }
 
 /// The traces through the predicted points themselves, where nothing lies between them.
 pub fn traces_of_points(at: &[Predicted], response: &Response) -> Vec<Trace> {
+    let Some(sets) = response.condition_sets(SETS_MAX) else { return vec![] };
     let full = full_pressures(&response.pressures());
     let of = |set: &Vec<f64>| {
         let here = |point: &ResponsePoint| point.conditions.iter().map(|c| c.si).eq(set.iter().copied());
@@ -217,7 +229,7 @@ pub fn traces_of_points(at: &[Predicted], response: &Response) -> Vec<Trace> {
         points.sort_by(|a, b| a.share.total_cmp(&b.share));
         Trace { points }
     };
-    response.condition_sets().iter().map(of).collect()
+    sets.iter().map(of).collect()
 }
 
 impl Prediction {

@@ -241,12 +241,13 @@ impl Calibration<'_> {
 fn pressure_numbers(response: &Response) -> Vec<usize> {
     let all = response.pressures();
     let full = prediction::full_pressures(&all);
+    let order = |a: &Vec<f64>, b: &Vec<f64>| {
+        let shares = prediction::share(a, &full).total_cmp(&prediction::share(b, &full));
+        let chambers = a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
+        shares.then(chambers.unwrap_or(std::cmp::Ordering::Equal))
+    };
     let mut distinct = all.clone();
-    let share = |p: &Vec<f64>| prediction::share(p, &full);
-    distinct.sort_by(|a, b| {
-        let by_chamber = || a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
-        share(a).total_cmp(&share(b)).then_with(|| by_chamber().unwrap_or(std::cmp::Ordering::Equal))
-    });
+    distinct.sort_by(order);
     distinct.dedup();
-    all.iter().map(|p| distinct.iter().position(|d| d == p).unwrap_or(0)).collect()
+    all.iter().map(|p| distinct.binary_search_by(|d| order(d, p)).unwrap_or_default()).collect()
 }

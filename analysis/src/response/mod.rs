@@ -73,16 +73,19 @@ impl Response {
         self.points.iter().map(|p| p.pressures_gauge_pa.clone()).collect()
     }
 
-    /// The sets of conditions that occur, in the order of their first point.
-    pub fn condition_sets(&self) -> Vec<Vec<f64>> {
+    /// The sets of conditions that occur, in the order of their first point; `None` if they are more than `limit`.
+    pub fn condition_sets(&self, limit: usize) -> Option<Vec<Vec<f64>>> {
         let mut sets: Vec<Vec<f64>> = Vec::new();
         for point in &self.points {
             let set: Vec<f64> = point.conditions.iter().map(|c| c.si).collect();
             if !sets.contains(&set) {
                 sets.push(set);
             }
+            if sets.len() > limit {
+                return None;
+            }
         }
-        sets
+        Some(sets)
     }
 }
 

@@ -189,29 +189,44 @@ fn plateaus(
     found
 }
 
+/// Readings at equal pressures and conditions.
+#[derive(Default)]
+struct Alike {
+    /// Their groups, in order.
+    groups: Vec<usize>,
+    /// How many of them each run has joined.
+    joined: HashMap<String, usize>,
+}
+
 /// Readings of several runs at equal pressure and conditions become one point: the first of each run meets the first of the
 /// others, the second the second. Equal is to the bit for logged states; for plateaus, within the tolerance that makes one.
 fn points(readings: Vec<Reading>, tolerance_pa: f64, std_si: &[Option<f64>]) -> Vec<ResponsePoint> {
     let mut groups: Vec<Vec<Reading>> = Vec::new();
-    // For equality to the bit: which groups have these pressures and conditions.
-    let mut index: HashMap<Vec<u64>, Vec<usize>> = HashMap::new();
-    for reading in readings {
-        let key: Vec<u64> = if tolerance_pa > 0.0 {
-            vec![]
-        } else {
-            reading.pressures.iter().chain(&reading.conditions).map(|v| v.to_bits()).collect()
-        };
-        let alike = index.entry(key).or_default();
-        let meets = |group: &Vec<Reading>| {
-            let Some(first) = group.first() else { return false };
-            let near = first.pressures.iter().zip(&reading.pressures).all(|(a, b)| (a - b).abs() <= tolerance_pa);
-            near && first.conditions == reading.conditions && group.iter().all(|r| r.run != reading.run)
-        };
-        if let Some(&i) = alike.iter().find(|&&i| meets(&groups[i])) {
-            groups[i].push(reading);
-        } else {
-            alike.push(groups.len());
-            groups.push(vec![reading]);
+    if tolerance_pa > 0.0 {
+        for reading in readings {
+            let meets = |group: &&mut Vec<Reading>| {
+                let Some(first) = group.first() else { return false };
+                let near = first.pressures.iter().zip(&reading.pressures).all(|(a, b)| (a - b).abs() <= tolerance_pa);
+                near && first.conditions == reading.conditions && group.iter().all(|r| r.run != reading.run)
+            };
+            match groups.iter_mut().find(meets) {
+                Some(group) => group.push(reading),
+                None => groups.push(vec![reading]),
+            }
+        }
+    } else {
+        let mut alike: HashMap<Vec<u64>, Alike> = HashMap::new();
+        for reading in readings {
+            let key = reading.pressures.iter().chain(&reading.conditions).map(|v| v.to_bits()).collect();
+            let here = alike.entry(key).or_default();
+            let turn = here.joined.entry(reading.run.clone()).or_default();
+            if let Some(&group) = here.groups.get(*turn) {
+                groups[group].push(reading);
+            } else {
+                here.groups.push(groups.len());
+                groups.push(vec![reading]);
+            }
+            *turn += 1;
         }
     }
     groups.iter().filter_map(|group| point(group, std_si)).collect()

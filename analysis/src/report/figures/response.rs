@@ -4,6 +4,7 @@ use pneuval_ingest::units::Unit;
 
 use super::{Group, axis, empty, spread};
 use crate::format;
+use crate::prediction::SETS_MAX;
 use crate::report::chart::{Chart, Ink, Key, Layer, Shape};
 use crate::report::group::measurement_title;
 use crate::results::{Comparison, Point};
@@ -21,7 +22,10 @@ impl Group<'_> {
         if first.quantity.is_position() {
             return self.path().into_iter().map(|figure| (String::new(), figure)).collect();
         }
-        if first.conditions.is_empty() {
+        let mut sets: Vec<&[f64]> = first.points.iter().map(|p| p.conditions_si.as_slice()).collect();
+        sets.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+        sets.dedup();
+        if first.conditions.is_empty() || sets.len() > SETS_MAX {
             return vec![(String::new(), self.response())];
         }
         let predicts = |c: &&Comparison| c.points.iter().any(|p| p.predicted.is_some());
@@ -71,8 +75,10 @@ impl Group<'_> {
         for (i, comparison, curve) in self.by_points() {
             let (ink, shape) = (Ink::Form(i), Shape::of_form(i));
             let published = comparison.kind == "published";
+            // Under conditions, which change from point to point, nothing lies between the points.
             let line: Vec<(f64, f64)> = curve
                 .iter()
+                .filter(|_| comparison.conditions.is_empty())
                 .flat_map(|c| &c.traces)
                 .flat_map(|t| &t.points)
                 .filter_map(|p| p.values.first().map(|v| (full * p.share, unit.from_si(*v))))
@@ -217,11 +223,15 @@ impl Group<'_> {
                 comparison.points.iter().filter_map(|p| p.predicted.as_deref().and_then(at)).collect();
             let text = legend_text(comparison, points.is_empty());
             legend.push(Key { text, ink, shape: Some(shape), line: Some(published), band: false });
-            for trace in curve.iter().flat_map(|c| &c.traces) {
-                let line: Vec<(f64, f64)> = trace.points.iter().filter_map(|p| at(&p.values)).collect();
-                if line.len() > 1 {
-                    layers.push(Layer::Line { points: line, ink, dashed: published });
-                }
+            // Under conditions, which change from point to point, the path is the one through the points.
+            let lines: Vec<Vec<(f64, f64)>> = if comparison.conditions.is_empty() {
+                let traces = curve.iter().flat_map(|c| &c.traces);
+                traces.map(|trace| trace.points.iter().filter_map(|p| at(&p.values)).collect()).collect()
+            } else {
+                vec![points.clone()]
+            };
+            for line in lines.into_iter().filter(|line| line.len() > 1) {
+                layers.push(Layer::Line { points: line, ink, dashed: published });
             }
             if !crowded {
                 let marks = points.iter().map(|(x, y)| (*x, *y, String::new())).collect();
