@@ -117,13 +117,17 @@ fn parts(log: &TextLog) -> Vec<Part<'_>> {
         .collect()
 }
 
-/// The name of a column without the unit in brackets behind it.
+/// The name of a column without the unit behind it: in brackets, or after `_` or `/`.
 fn bare(column: &TextColumn) -> &str {
     let name = column.name.trim();
     let cut = |open: char| name.rsplit_once(open).map(|(head, _)| head.trim());
     let head = match (&column.unit, name.chars().last()) {
         (Some(_), Some(')')) => cut('('),
         (Some(_), Some(']')) => cut('['),
+        (Some(unit), _) => name.strip_suffix(unit.as_str()).and_then(|head| {
+            let head = head.trim_end();
+            head.strip_suffix('_').or_else(|| head.strip_suffix('/')).map(str::trim)
+        }),
         _ => None,
     };
     head.filter(|head| !head.is_empty()).unwrap_or(name)
