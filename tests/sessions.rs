@@ -177,7 +177,10 @@ fn one_repeat_decides_nothing_unless_the_bound_allows_it_and_the_instrument_says
 #[test]
 fn repeats_give_an_interval_that_decides() {
     let sitting = Sitting::new();
-    sitting.write("log2.csv", &LOG.replace("30,5", "30,7").replace("19,8", "19,9"));
+    sitting.write(
+        "log2.csv",
+        &LOG.replace("5,2", "5,3").replace("10,1", "10,2").replace("30,5", "30,7").replace("19,8", "19,9"),
+    );
     sitting.write("log3.csv", &LOG.replace("30,5", "30,6"));
     sitting.change(
         "session.toml",
@@ -194,6 +197,16 @@ fn repeats_give_an_interval_that_decides() {
     // s = 0.1 mm, n = 3: 4.302653 × 0.1 / √3.
     let half = last["measured_half_width"][0].as_f64().unwrap() * 1e3;
     assert!((half - 4.302_652_73 * 0.1 / 3.0_f64.sqrt()).abs() < 1e-6, "{half}");
+    // Repeats that agree to the last digit say nothing of how sure they are, unless the instrument does.
+    sitting.write("log2.csv", &(LOG.to_owned() + "\n"));
+    sitting.write("log3.csv", &(LOG.to_owned() + "\n\n"));
+    let said = sitting.validate();
+    assert!(said.code == 3 && said.out.contains("agree to the last digit"), "{}", said.out);
+    sitting.write(
+        "log2.csv",
+        &LOG.replace("5,2", "5,3").replace("10,1", "10,2").replace("30,5", "30,7").replace("19,8", "19,9"),
+    );
+    sitting.write("log3.csv", &LOG.replace("30,5", "30,6"));
     // Wholly beyond, and over the bound: 0.6 mm with 0.25 mm either side.
     sitting.bound(0.1, "");
     assert_eq!(sitting.validate().code, 1);
@@ -223,8 +236,8 @@ fn text_in_a_number_column_is_a_hole_with_line_and_column() {
     );
     assert_eq!(points(&results, 0).len(), 4);
     let session = &results["actuators"][0]["datasets"][0]["session"];
-    assert_eq!((&session["samples_read"], &session["samples_excluded"]), (&Value::from(10), &Value::from(1)));
-    // One in ten is more than the one in twenty that a session allows by itself; a session may allow more.
+    assert_eq!((&session["samples_read"], &session["samples_excluded"]), (&Value::from(5), &Value::from(1)));
+    // One in five is more than the one in twenty that a session allows by itself; a session may allow more.
     assert!(
         fs::read_to_string(sitting.path().join("report/index.html")).unwrap().contains("more than the 5.000 % allowed")
     );
@@ -233,7 +246,7 @@ fn text_in_a_number_column_is_a_hole_with_line_and_column() {
     sitting.change("session.toml", "id = \"stroke\"\ncolumn", "id = \"stroke\"\ninstrument = \"laser\"\ncolumn");
     sitting.write("rig.toml", "schema = 1\nid = \"bench\"\n[instrument.laser]\ninput = \"mm\"\nstd = 0.02\n");
     assert_eq!(sitting.validate().code, 3);
-    sitting.change("session.toml", "actuator = ", "excluded_max = { value = 10, unit = \"%\" }\nactuator = ");
+    sitting.change("session.toml", "actuator = ", "excluded_max = { value = 20, unit = \"%\" }\nactuator = ");
     assert_eq!(sitting.validate().code, 0);
 }
 
@@ -447,13 +460,14 @@ fn plateaus_of_a_clocked_log_are_points_and_a_gap_is_told() {
         .iter()
         .map(|p| (p["pressures_gauge_pa"][0].as_f64().unwrap() / 1e3, p["measured"][0].as_f64().unwrap() * 1e3))
         .collect();
-    assert_eq!(found.len(), 2, "{found:?}");
-    for ((p, d), expected) in found.iter().zip([10.0, 20.0]) {
+    // Nobody knows what happened in the gap: the hold at 20 kPa is two.
+    assert_eq!(found.len(), 3, "{found:?}");
+    for ((p, d), expected) in found.iter().zip([10.0, 20.0, 20.0]) {
         assert!((p - expected).abs() < 0.1 && (d - 0.5 * expected).abs() < 0.05, "{found:?}");
     }
     assert!(findings(&results, "gap")[0]["text"].as_str().unwrap().contains("550 ms"));
     let census = &results["actuators"][0]["datasets"][0]["session"]["responses"][0];
-    assert_eq!((&census["samples"], &census["points"]), (&Value::from(120), &Value::from(2)));
+    assert_eq!((&census["samples"], &census["points"]), (&Value::from(120), &Value::from(3)));
 }
 
 #[test]

@@ -166,6 +166,20 @@ pub enum AnalysisError {
         /// What least squares says.
         source: ModelError,
     },
+    /// Holding points out of a fit leaves nothing to fit, or nothing to judge.
+    #[error(
+        "{file}:{line}: key `hold_out`\n  expected: pressures to fit and pressures to judge `{form}` on: two or more beside zero, at most {limit}\n  found:    not that\n  next:     measure at more pressures, or fit without `hold_out`"
+    )]
+    HoldOut {
+        /// The dataset.
+        file: String,
+        /// Its line.
+        line: usize,
+        /// The form fitted.
+        form: String,
+        /// The largest number of pressures.
+        limit: usize,
+    },
     /// A remark's placeholder cannot be filled in.
     #[error(
         "{file}:{line}: key `remark`\n  expected: placeholders predicted[i], measured[i], printed.<column>[i], fit.<parameter>, inputs.<name>\n  found:    {message}\n  next:     correct the placeholder"

@@ -42,7 +42,7 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
         let measure = comparison.metric(bound.metric).map_or(Measure::Undefined("not stored"), MetricRecord::measure);
         let grounds = Grounds {
             points_without_prediction: points_without_prediction(comparison, bound.metric),
-            single_repeat: comparison.single_repeat,
+            single_repeat: comparison.metric(bound.metric).is_some_and(|record| record.single_repeat),
         };
         let judgement = judge(measure, &bound, grounds);
         let sentence = sentence(comparison, &bound, judgement.why);
@@ -100,7 +100,7 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
             if interval.half_width() > 0.0 {
                 let ground = match comparison.basis {
                     Basis::PublishedPoint => "printed digits",
-                    Basis::Session if comparison.single_repeat => "instruments",
+                    Basis::Session if record.is_some_and(|r| r.single_repeat) => "instruments",
                     Basis::Session => "95 %",
                 };
                 format!("{} ({ground}: {} to {})", text(interval.value), text(interval.lower), text(interval.upper))
@@ -118,10 +118,12 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
     };
     match why {
         Why::SingleRepeat => format!(
-            "{name} is {value}, from one repeat, which has no scatter to judge by; a second repeat, or allow_single_repeat in the bound, could decide it"
+            "{name} is {value}, from one repeat at {} of {} points, which has no scatter to judge by; a second repeat at equal pressure, or allow_single_repeat in the bound, could decide it",
+            comparison.points.iter().filter(|p| p.status == PointStatus::Used && p.runs.len() < 2).count(),
+            comparison.n_used
         ),
         Why::NoInterval => format!(
-            "{name} is {value}, from one repeat of an instrument that declares no uncertainty; a second repeat, or `std` in rig.toml with allow_single_repeat in the bound, could decide it"
+            "{name} is {value}, from one repeat, or repeats that agree to the last digit, of an instrument that declares no uncertainty; `std` or `resolution` in rig.toml, and more repeats or allow_single_repeat in the bound, could decide it"
         ),
         Why::Within if bound.expect == Expect::Exceed => {
             format!("{name} is {value}, within the bound of {limit}, which it was expected to exceed")

@@ -4,7 +4,7 @@ use pneuval_ingest::number::Printed;
 
 use crate::metrics::{self, Interval, Measure, Metric, Pair};
 use crate::prediction::{Predicted, full_pressures, share};
-use crate::response::{Response, ResponsePoint};
+use crate::response::{IntervalKind, Response, ResponsePoint};
 use crate::results::{MetricRecord, Point, PointStatus};
 
 /// Every point of the response with its prediction, and what becomes of it.
@@ -84,9 +84,26 @@ fn status(response: &ResponsePoint, predicted: &Predicted, is_zero_reference: bo
     }
 }
 
+/// What is known of how sure a set of measured values is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Knowledge {
+    /// Some value is a single repeat of a session.
+    pub single_repeat: bool,
+    /// Some value has no interval at all.
+    pub unknown: bool,
+}
+
+impl Knowledge {
+    /// Of the intervals of some points.
+    pub fn of(kinds: &[IntervalKind]) -> Self {
+        let unknown = kinds.contains(&IntervalKind::Unknown);
+        Self { single_repeat: unknown || kinds.contains(&IntervalKind::Instrument), unknown }
+    }
+}
+
 /// Every metric over the points. Without intervals (a single repeat of an instrument that declares nothing) a metric has a
-/// value and no interval.
-pub fn measure_all(points: &[Point], without_interval: bool) -> Vec<MetricRecord> {
+/// value and no interval. What is known of the zero-pressure references is the concern of their own metric alone.
+pub fn measure_all(points: &[Point], used: Knowledge, at_zero_known: Knowledge) -> Vec<MetricRecord> {
     let pair = |p: &Point| {
         let intervals = |values: &Option<Vec<f64>>, half_widths: &[f64]| -> Vec<Interval> {
             let value = |i: usize| values.as_ref().map_or(f64::NAN, |v| v[i]);
@@ -117,11 +134,12 @@ pub fn measure_all(points: &[Point], without_interval: bool) -> Vec<MetricRecord
     Metric::ALL
         .into_iter()
         .map(|metric| {
+            let known = if metric == Metric::ResidualAtZero { at_zero_known } else { used };
             let measure = match metrics::measure(metric, &pairs, &at_zero) {
-                Measure::Known(interval) if without_interval => Measure::Shown(interval.value),
+                Measure::Known(interval) if known.unknown => Measure::Shown(interval.value),
                 measure => measure,
             };
-            let record = MetricRecord::new(metric, measure);
+            let record = MetricRecord { single_repeat: known.single_repeat, ..MetricRecord::new(metric, measure) };
             match &missing {
                 Some(why) if metric != Metric::ResidualAtZero => MetricRecord {
                     metric,
@@ -130,6 +148,7 @@ pub fn measure_all(points: &[Point], without_interval: bool) -> Vec<MetricRecord
                     upper: None,
                     undefined: Some(record.undefined.unwrap_or_else(|| why.clone())),
                     over_predicted_points: record.value,
+                    single_repeat: known.single_repeat,
                 },
                 _ => record,
             }

@@ -20,6 +20,9 @@ const CURVE_STEPS: u32 = 100;
 /// Sets of conditions up to which they are settings, each with a curve of its own; more are measured values.
 pub const SETS_MAX: usize = 12;
 
+/// A pressure beyond the end of a table by so little of its range is the end: conversions round.
+const TABLE_END_SHARE: f64 = 1e-9;
+
 /// Models kept for points to come: settings come again, measured conditions do not.
 const BUILT_MAX: usize = 64;
 
@@ -133,6 +136,12 @@ impl Predictor for ImportedModel {
         let Some(&pressure) = pressures_gauge_pa.first() else {
             return Predicted::NoSolution("no pressure to look up".to_owned());
         };
+        // What arithmetic leaves of a pressure at the end of the table is that end.
+        let ends = (self.pressures_gauge_pa.first(), self.pressures_gauge_pa.last());
+        let (Some(&low), Some(&high)) = ends else { return Predicted::NoSolution("the table is empty".to_owned()) };
+        let slack = TABLE_END_SHARE * (high - low);
+        let near = (low - slack..=high + slack).contains(&pressure);
+        let pressure = if near { pressure.clamp(low, high) } else { pressure };
         let column = |table: &[Vec<f64>], i: usize| {
             let points: Vec<(f64, f64)> =
                 self.pressures_gauge_pa.iter().zip(table).map(|(p, row)| (*p, row[i])).collect();

@@ -152,7 +152,6 @@ fn session_dataset(study: &Study, session: &Session) -> DatasetRecord {
 
 fn session_record(study: &Study, session: &Session) -> SessionRecord {
     let manifest = &session.manifest;
-    let (samples_read, samples_excluded) = session.samples();
     let responses = study.responses.iter().zip(&study.censuses).map(|(response, census)| CensusRecord {
         quantity: response.quantity.id.clone(),
         samples: census.samples,
@@ -175,8 +174,9 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
         specimen: manifest.specimen.as_ref().map(specimen).unwrap_or_default(),
         runs: session.runs.iter().map(run).collect(),
         channels: manifest.channels.iter().map(|spec| channel(session, spec)).chain(derived).collect(),
-        samples_read,
-        samples_excluded,
+        samples_read: session.runs.iter().map(|run| run.samples).sum(),
+        samples_excluded: study.censuses.iter().map(|census| census.holes).max().unwrap_or(0),
+        lines_skipped: session.lines_skipped(),
         excluded_share_max: manifest.excluded_share_max,
         responses: responses.collect(),
     }

@@ -196,14 +196,24 @@ pub struct SessionRecord {
     pub runs: Vec<RunRecord>,
     /// Channels and how they were calibrated.
     pub channels: Vec<ChannelRecord>,
-    /// Samples of the channels that responses need.
+    /// Samples of all runs.
     pub samples_read: usize,
-    /// Of those, samples without a number.
+    /// Of those, samples that the response that lost most could not use: a hole in a channel it needs, or no stamp that counts.
     pub samples_excluded: usize,
+    /// Lines of the logs that hold no sample and should have.
+    pub lines_skipped: usize,
     /// The share of excluded samples that the session allows.
     pub excluded_share_max: f64,
     /// Per response: samples read, samples with a hole in a channel needed, samples in a point.
     pub responses: Vec<CensusRecord>,
+}
+
+impl SessionRecord {
+    /// Samples excluded and lines skipped, as a share of what there should be.
+    pub fn excluded_share(&self) -> f64 {
+        let lost = self.samples_excluded + self.lines_skipped;
+        lost as f64 / (self.samples_read + self.lines_skipped).max(1) as f64
+    }
 }
 
 /// A run of a session.
@@ -379,8 +389,6 @@ pub struct Comparison {
     pub basis: Basis,
     /// The metrics are printed in the source, without the points behind them: nobody can compute them again.
     pub metrics_printed: bool,
-    /// Some point used rests on a single repeat, so that its interval lacks the scatter.
-    pub single_repeat: bool,
     /// What is set beside the pressure, in the order of each point's conditions.
     pub conditions: Vec<ConditionRecord>,
     /// Chambers, in the order of each point's pressures.
@@ -507,6 +515,8 @@ pub struct MetricRecord {
     pub undefined: Option<String>,
     /// Where some points have no prediction: the metric over the others. Never judged.
     pub over_predicted_points: Option<f64>,
+    /// Some point behind it is a single repeat of a session, so that its interval lacks the scatter.
+    pub single_repeat: bool,
 }
 
 impl Point {
@@ -531,8 +541,15 @@ fn scalar(values: Option<&[f64]>) -> Option<f64> {
 impl MetricRecord {
     /// The record of a measure.
     pub fn new(metric: Metric, measure: Measure) -> Self {
-        let mut record =
-            Self { metric, value: None, lower: None, upper: None, undefined: None, over_predicted_points: None };
+        let mut record = Self {
+            metric,
+            value: None,
+            lower: None,
+            upper: None,
+            undefined: None,
+            over_predicted_points: None,
+            single_repeat: false,
+        };
         match measure {
             Measure::Known(Interval { value, lower, upper }) => {
                 (record.value, record.lower, record.upper) = (Some(value), Some(lower), Some(upper));
@@ -642,13 +659,17 @@ impl Results {
         let lost = self.findings.iter().filter(|f| f.severity == Severity::Lost).map(|f| f.text.clone());
         let excluded = self.actuators.iter().flat_map(|a| &a.datasets).filter_map(|d| {
             let s = d.session.as_ref()?;
-            let share = s.samples_excluded as f64 / (s.samples_read.max(1)) as f64;
-            (share > s.excluded_share_max).then(|| {
+            (s.excluded_share() > s.excluded_share_max).then(|| {
                 format!(
-                    "{}: {} of {} samples are excluded, more than the {} allowed",
+                    "{}: {} of {} samples are excluded{}, more than the {} allowed",
                     d.id,
                     s.samples_excluded,
                     s.samples_read,
+                    if s.lines_skipped > 0 {
+                        format!(", and {} lines hold none", s.lines_skipped)
+                    } else {
+                        String::new()
+                    },
                     format::percent(s.excluded_share_max)
                 )
             })

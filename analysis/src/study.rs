@@ -49,18 +49,19 @@ impl<'a> Study<'a> {
             }),
             Data::Session(session) => {
                 let manifest = &session.manifest;
-                let (responses, censuses): (Vec<Response>, Vec<Census>) =
-                    manifest.responses.iter().map(|spec| Response::from_session(session, spec)).unzip();
-                for (response, spec) in responses.iter().zip(&manifest.responses) {
-                    if response.points.len() > POINTS_MAX {
-                        return Err(AnalysisError::TooManyPoints {
+                let mut responses = Vec::new();
+                let mut censuses = Vec::new();
+                for spec in &manifest.responses {
+                    let (response, census) =
+                        Response::from_session(session, spec).map_err(|points| AnalysisError::TooManyPoints {
                             file: input.file.clone(),
                             line: spec.line,
-                            quantity: response.quantity.id.clone(),
-                            points: response.points.len(),
+                            quantity: spec.quantity.id.clone(),
+                            points,
                             limit: POINTS_MAX,
-                        });
-                    }
+                        })?;
+                    responses.push(response);
+                    censuses.push(census);
                 }
                 let mut comparisons = manifest.comparisons.clone();
                 if comparisons.is_empty() {

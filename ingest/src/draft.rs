@@ -432,7 +432,7 @@ mod tests {
         assert_eq!(manifest.channels[1].unit.map(|u| u.symbol), Some("deg"));
         assert_eq!(manifest.channels[2].unit.map(|u| u.symbol), Some("1"));
         assert_eq!(manifest.responses.len(), 2);
-        assert_eq!(manifest.responses[0].points, PointRule::Samples);
+        assert_eq!(manifest.responses[0].points, PointRule::Samples { same_within_pa: 0.0 });
         assert!(draft.guesses.iter().any(|g| g.contains("Force")), "{:?}", draft.guesses);
     }
 

@@ -65,8 +65,16 @@ pub enum FindingKind {
     Gap,
     /// Values outside the range in which the sensor was calibrated.
     OutOfCalibration,
-    /// Values at or beyond the end of what the instrument can show.
+    /// Values beyond what the instrument can show.
     OutOfRange,
+    /// A log that cannot be used at all, beside others that can.
+    UnusableFile,
+    /// The log says another unit than the session or the instrument.
+    UnitMismatch,
+    /// Rows that belong to no run.
+    UnclaimedRows,
+    /// Numbers that leave the range of a double on their way to SI.
+    Overflow,
     /// The channel's zero is the mean of its first samples.
     Tared,
 }
@@ -93,6 +101,10 @@ impl FindingKind {
             Self::Gap => "gap",
             Self::OutOfCalibration => "out-of-calibration",
             Self::OutOfRange => "out-of-range",
+            Self::UnusableFile => "unusable-file",
+            Self::UnitMismatch => "unit-mismatch",
+            Self::UnclaimedRows => "unclaimed-rows",
+            Self::Overflow => "overflow",
             Self::Tared => "tared",
         }
     }

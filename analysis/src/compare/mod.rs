@@ -13,7 +13,7 @@ use crate::AnalysisError;
 use crate::bounds::Bounds;
 use crate::gate::{judge_comparison, notes, strangers};
 use crate::metrics::{self, Interval, Measure, Metric};
-use crate::pairing::{measure_all, points};
+use crate::pairing::{Knowledge, measure_all, points};
 use crate::records;
 use crate::remark::remark;
 use crate::response::{IntervalKind, Response};
@@ -147,9 +147,11 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     };
     let (prediction, fit) = predict(study, spec, response)?;
     let points = points(response, &prediction.at);
-    let single = |kind: IntervalKind| matches!(kind, IntervalKind::Instrument | IntervalKind::Unknown);
-    let used = |i: &usize| points[*i].status == PointStatus::Used;
-    let kinds: Vec<IntervalKind> = (0..points.len()).filter(used).map(|i| response.points[i].interval).collect();
+    let kinds = |status| -> Vec<IntervalKind> {
+        let here = (0..points.len()).filter(|&i| points[i].status == status);
+        here.map(|i| response.points[i].interval).collect()
+    };
+    let (used, at_zero) = (kinds(PointStatus::Used), kinds(PointStatus::ZeroReference));
     let mut comparison = blank(study, &spec.quantity, response, &spec.form);
     comparison.title = spec.title.clone().unwrap_or(prediction.title);
     comparison.kind = prediction.kind;
@@ -158,12 +160,11 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     comparison.misprints = prediction.misprints;
     comparison.rests_on = prediction.rests_on;
     comparison.fit = fit;
-    comparison.single_repeat = kinds.iter().any(|kind| single(*kind));
     let count = |status| points.iter().filter(|p| p.status == status).count();
     comparison.n_available = points.len() - count(PointStatus::HoleInPrint);
     comparison.n_used = count(PointStatus::Used);
     comparison.n_without_prediction = count(PointStatus::NoPrediction);
-    comparison.metrics = measure_all(&points, kinds.contains(&IntervalKind::Unknown));
+    comparison.metrics = measure_all(&points, Knowledge::of(&used), Knowledge::of(&at_zero));
     comparison.points = points;
     comparison.remark = remark(study, spec, response, &comparison)?;
     let dimension = response.quantity.unit.dimension;
@@ -191,7 +192,6 @@ fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comp
         fit: None,
         basis: response.basis,
         metrics_printed: false,
-        single_repeat: false,
         conditions: response
             .conditions
             .iter()
@@ -234,6 +234,7 @@ fn stated(study: &Study, statistic: &Statistic) -> Result<Comparison, AnalysisEr
         chambers: vec![],
         conditions: vec![],
         zero_within_pa: 0.0,
+        same_within_pa: 0.0,
         points: vec![],
         columns: vec![],
         texts: vec![],

@@ -118,6 +118,9 @@ pub(super) fn unknown_form<'a>(
     }
 }
 
+/// Pressures that may be left out one at a time: each costs a fit.
+const FOLDS_MAX: usize = 200;
+
 /// A form that is fitted before it is compared.
 struct Calibration<'a> {
     study: &'a Study<'a>,
@@ -152,6 +155,10 @@ impl Calibration<'_> {
         let odd = |i: usize| numbers[i] % 2 == 1;
         let seen = |i: &usize| self.fit.hold_out != HoldOut::OddPressures || !odd(*i);
         let chosen: Vec<&Target> = (0..targets.len()).filter(seen).filter_map(|i| targets[i].as_ref()).collect();
+        let judged = (0..targets.len()).any(|i| targets[i].is_some() && odd(i));
+        if self.fit.hold_out == HoldOut::OddPressures && !judged {
+            return Err(self.nothing_held_out());
+        }
         let (inputs, found) = self.calibrate(&chosen)?;
         let form = Form::new(self.entry, inputs, &self.response.conditions);
         let mut prediction = Prediction::computed(self.entry, &form, rests_on, self.response);
@@ -168,6 +175,10 @@ impl Calibration<'_> {
             HoldOut::OnePressure => {
                 let mut left_out: Vec<usize> = (0..targets.len()).filter(|&i| targets[i].is_some()).collect();
                 left_out.sort_by_key(|&i| numbers[i]);
+                let pressures = left_out.chunk_by(|&a, &b| numbers[a] == numbers[b]).count();
+                if !(2..=FOLDS_MAX).contains(&pressures) {
+                    return Err(self.nothing_held_out());
+                }
                 for group in left_out.chunk_by(|&a, &b| numbers[a] == numbers[b]) {
                     let others: Vec<&Target> =
                         (0..targets.len()).filter(|i| !group.contains(i)).filter_map(|i| targets[i].as_ref()).collect();
@@ -209,6 +220,15 @@ impl Calibration<'_> {
         calibrate(self.entry, self.values, conditions, &self.fit.parameters, targets).map_err(|e| self.failed(e))
     }
 
+    fn nothing_held_out(&self) -> AnalysisError {
+        AnalysisError::HoldOut {
+            file: self.study.input.file.clone(),
+            line: self.spec.line,
+            form: self.spec.form.clone(),
+            limit: FOLDS_MAX,
+        }
+    }
+
     fn failed(&self, source: ModelError) -> AnalysisError {
         AnalysisError::Fit {
             file: self.study.input.file.clone(),
@@ -237,7 +257,8 @@ impl Calibration<'_> {
     }
 }
 
-/// Per point, the number of its pressures among the distinct ones by rising share of full pressure: the lowest is 0.
+/// Per point, the number of its nominal pressure by rising share of full pressure: the lowest is 0. Measured pressures within
+/// the response's tolerance of a nominal one are that one, or a fit would see what it is judged on.
 fn pressure_numbers(response: &Response) -> Vec<usize> {
     let all = response.pressures();
     let full = prediction::full_pressures(&all);
@@ -246,8 +267,18 @@ fn pressure_numbers(response: &Response) -> Vec<usize> {
         let chambers = a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
         shares.then(chambers.unwrap_or(std::cmp::Ordering::Equal))
     };
-    let mut distinct = all.clone();
-    distinct.sort_by(order);
-    distinct.dedup();
-    all.iter().map(|p| distinct.binary_search_by(|d| order(d, p)).unwrap_or_default()).collect()
+    let mut rising: Vec<usize> = (0..all.len()).collect();
+    rising.sort_by(|&a, &b| order(&all[a], &all[b]));
+    let mut numbers = vec![0; all.len()];
+    let (mut number, mut nominal): (usize, Option<&Vec<f64>>) = (0, None);
+    for i in rising {
+        let same = |first: &Vec<f64>| first.iter().zip(&all[i]).all(|(a, b)| (a - b).abs() <= response.same_within_pa);
+        match nominal {
+            Some(first) if same(first) => {}
+            Some(_) => (number, nominal) = (number + 1, Some(&all[i])),
+            None => nominal = Some(&all[i]),
+        }
+        numbers[i] = number;
+    }
+    numbers
 }

@@ -1,5 +1,6 @@
 //! A measured quantity against gauge pressure: where published tables and raw sessions meet.
 
+mod plateaus;
 mod session;
 
 pub use session::{Census, POINTS_MAX};
@@ -24,6 +25,8 @@ pub struct Response {
     pub conditions: Vec<Condition>,
     /// Gauge pressures so near zero are the zero-pressure reference, in Pa.
     pub zero_within_pa: f64,
+    /// Gauge pressures so near each other are one nominal pressure, in Pa.
+    pub same_within_pa: f64,
     /// The points, in the order of the source.
     pub points: Vec<ResponsePoint>,
     /// Predictions that stand beside the measurement in its source.
@@ -109,6 +112,7 @@ impl From<&PublishedTable> for Response {
             conditions: table.conditions.clone(),
             // Print says zero, or it does not.
             zero_within_pa: 0.0,
+            same_within_pa: 0.0,
             points,
             columns: table.predicted.clone(),
             texts: table.texts.clone(),

@@ -5,8 +5,9 @@
 //!
 //! With n >= 2 repeats of mean m and standard deviation s the interval of m is
 //! `± √((t s/√n)² + (2 u)²)`, t the 97.5 % quantile of Student's distribution with n - 1 degrees of freedom and u the standard
-//! uncertainty that the instrument declares (0 if it declares none): the instrument's error is common to the repeats, so it
-//! does not shrink with their number. One repeat has no scatter: `± 2 u`, or nothing at all.
+//! uncertainty of the instrument: at least about 95 %. The instrument's error is taken as common to the repeats, so it does not
+//! shrink with their number. One repeat has no scatter: `± 2 u`, or nothing at all. Repeats that agree to the last digit on an
+//! instrument that declares nothing say nothing of how sure they are, and have no interval either.
 
 use std::collections::HashMap;
 
@@ -16,6 +17,7 @@ use pneuval_ingest::manifest::{Condition, PointRule, ResponseSpec};
 use pneuval_ingest::number::Printed;
 use pneuval_ingest::session::{Run, Session};
 
+use super::plateaus::plateaus;
 use super::{IntervalKind, Response, ResponsePoint};
 use crate::verdict::Basis;
 
@@ -25,77 +27,140 @@ pub const POINTS_MAX: usize = 20_000;
 /// Measured pressures are never exactly zero: so near, as a share of the largest, they are the reference.
 const ZERO_SHARE: f64 = 0.005;
 
+/// So near zero, as a share of the largest, a pressure is what rounding leaves of a difference, and is zero.
+const ROUNDING_SHARE: f64 = 1e-9;
+
+/// Measured conditions so near each other, as a share of the largest, are one setting.
+const SETTING_SHARE: f64 = 0.01;
+
 /// A point of one run, before repeats meet.
 struct Reading {
-    run: String,
+    /// Index of the run.
+    run: usize,
     line: usize,
     pressures: Vec<f64>,
     conditions: Vec<f64>,
+    /// A component without a number makes the reading a hole, which still takes its turn.
     measured: Vec<f64>,
 }
 
 /// What became of the samples of a session on their way to points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Census {
-    /// Samples of the response's channels.
+    /// Samples of the runs.
     pub samples: usize,
-    /// Samples with a hole in one of the channels needed.
+    /// Samples with a hole in one of the channels needed, or without a stamp that counts.
     pub holes: usize,
     /// Samples that lie in a point.
     pub used: usize,
 }
 
+/// The channels of a run that a response needs.
+struct Needed<'a> {
+    run: &'a Run,
+    pressures: Vec<&'a [f64]>,
+    conditions: Vec<&'a [f64]>,
+    measured: Vec<&'a [f64]>,
+}
+
+impl<'a> Needed<'a> {
+    fn of(run: &'a Run, spec: &ResponseSpec) -> Option<Self> {
+        let values = |id: &String| run.channels.get(id).map(|c| c.values_si.as_slice());
+        Some(Self {
+            run,
+            pressures: spec.pressure.iter().map(|(id, _)| values(id)).collect::<Option<_>>()?,
+            conditions: spec.conditions.iter().map(|c| values(&c.channel)).collect::<Option<_>>()?,
+            measured: spec.measured.iter().map(values).collect::<Option<_>>()?,
+        })
+    }
+
+    /// Whether the state of a sample is known: its stamp counts, and pressures and conditions are numbers.
+    fn is_state(&self, i: usize) -> bool {
+        let stamped = self.run.seconds.as_ref().is_none_or(|seconds| seconds[i].is_finite());
+        stamped && self.pressures.iter().chain(&self.conditions).all(|c| c[i].is_finite())
+    }
+
+    /// Whether it is measured too.
+    fn is_whole(&self, i: usize) -> bool {
+        self.is_state(i) && self.measured.iter().all(|c| c[i].is_finite())
+    }
+}
+
 impl Response {
     /// The response that a session declares, and what became of its samples.
-    pub fn from_session(session: &Session, spec: &ResponseSpec) -> (Self, Census) {
+    ///
+    /// # Errors
+    /// The number of readings, if they are more than [`POINTS_MAX`] per run.
+    pub fn from_session(session: &Session, spec: &ResponseSpec) -> Result<(Self, Census), usize> {
+        let runs: Vec<Needed> = session.runs.iter().filter_map(|run| Needed::of(run, spec)).collect();
         let mut census = Census::default();
-        let mut readings = Vec::new();
-        for run in &session.runs {
-            readings.extend(read(run, spec, &mut census));
+        for needed in &runs {
+            census.samples += needed.run.samples;
+            census.holes += (0..needed.run.samples).filter(|&i| !needed.is_whole(i)).count();
         }
-        let std_si = std_of(session, spec);
-        let tolerance_pa = match spec.points {
-            PointRule::Samples => 0.0,
+        let states = census.samples - census.holes;
+        if matches!(spec.points, PointRule::Samples { .. }) && states > POINTS_MAX * runs.len().max(1) {
+            return Err(states);
+        }
+        let mut readings = Vec::new();
+        for (i, needed) in runs.iter().enumerate() {
+            readings.extend(read(i, needed, spec, &mut census));
+        }
+        let largest = readings.iter().flat_map(|r| &r.pressures).map(|p| p.abs()).fold(0.0, f64::max);
+        for pressure in readings.iter_mut().flat_map(|r| &mut r.pressures) {
+            if pressure.abs() <= ROUNDING_SHARE * largest {
+                *pressure = 0.0;
+            }
+        }
+        let same_within_pa = match spec.points {
+            PointRule::Samples { same_within_pa } => same_within_pa,
             PointRule::Plateaus { tolerance_pa, .. } => tolerance_pa,
         };
-        let conditions = spec
-            .conditions
-            .iter()
-            .map(|c| Condition {
-                id: c.id.clone(),
-                title: c.title.clone(),
-                unit: session
-                    .runs
-                    .iter()
-                    .find_map(|run| run.channels.get(&c.channel))
-                    .map_or(spec.quantity.unit, |channel| channel.unit),
-            })
-            .collect();
-        let commanded = spec.pressure.iter().any(|(channel, _)| {
-            session.runs.iter().filter_map(|run| run.channels.get(channel)).any(|channel| channel.commanded)
-        });
-        let mut source = format!("session {}", session.manifest.title);
-        if !spec.method.is_empty() {
-            source.extend(["; ", &spec.method]);
+        let names: Vec<&str> = runs.iter().map(|needed| needed.run.id.as_str()).collect();
+        let points = points(readings, same_within_pa, &std_of(session, spec), &names);
+        if points.len() > POINTS_MAX {
+            return Err(points.len());
         }
-        if commanded {
-            source += "; the pressure is commanded, not measured";
-        }
-        let points = points(readings, tolerance_pa, &std_si);
-        let largest = points.iter().flat_map(|p| &p.pressures_gauge_pa).map(|p| p.abs()).fold(0.0, f64::max);
+        let zero_within_pa = spec.zero_within_pa.unwrap_or(ZERO_SHARE * largest);
         let response = Self {
             quantity: spec.quantity.clone(),
             basis: Basis::Session,
-            source,
+            source: source(session, spec),
             chambers: spec.pressure.iter().map(|(_, chamber)| chamber.clone()).collect(),
-            conditions,
-            zero_within_pa: spec.zero_within_pa.unwrap_or(ZERO_SHARE * largest),
+            conditions: conditions(session, spec),
+            zero_within_pa,
+            // Two readings of one nominal pressure: as near as the reference is to zero, or as a plateau is to itself.
+            same_within_pa: same_within_pa.max(zero_within_pa),
             points,
             columns: vec![],
             texts: vec![],
         };
-        (response, census)
+        Ok((response, census))
     }
+}
+
+fn source(session: &Session, spec: &ResponseSpec) -> String {
+    let mut source = format!("session {}", session.manifest.title);
+    if !spec.method.is_empty() {
+        source.extend(["; ", &spec.method]);
+    }
+    let channels = |id: &String| session.runs.iter().filter_map(|run| run.channels.get(id)).any(|c| c.commanded);
+    if spec.pressure.iter().any(|(channel, _)| channels(channel)) {
+        source += "; the pressure is commanded, not measured";
+    }
+    source
+}
+
+fn conditions(session: &Session, spec: &ResponseSpec) -> Vec<Condition> {
+    let unit = |channel: &String| session.runs.iter().find_map(|run| run.channels.get(channel)).map(|c| c.unit);
+    spec.conditions
+        .iter()
+        .map(|c| Condition {
+            id: c.id.clone(),
+            title: c.title.clone(),
+            unit: unit(&c.channel).unwrap_or(spec.quantity.unit),
+        })
+        .collect()
 }
 
 /// The instruments' standard uncertainty of each component; `None` where one declares none.
@@ -105,88 +170,39 @@ fn std_of(session: &Session, spec: &ResponseSpec) -> Vec<Option<f64>> {
 }
 
 /// The readings of one run.
-fn read(run: &Run, spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
-    let values = |ids: &[&String]| -> Option<Vec<&[f64]>> {
-        ids.iter().map(|id| run.channels.get(*id).map(|c| c.values_si.as_slice())).collect()
+fn read(run: usize, needed: &Needed, spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
+    let samples = needed.run.samples;
+    let stretches: Vec<Vec<usize>> = match spec.points {
+        PointRule::Samples { .. } => (0..samples).filter(|&i| needed.is_state(i)).map(|i| vec![i]).collect(),
+        PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
+            let Some(seconds) = &needed.run.seconds else { return vec![] };
+            let usable: Vec<usize> = (0..samples).filter(|&i| needed.is_whole(i)).collect();
+            let mut steady: Vec<(&[f64], f64)> = needed.pressures.iter().map(|p| (*p, tolerance_pa)).collect();
+            steady.extend(needed.conditions.iter().map(|c| (*c, SETTING_SHARE * largest(c))));
+            plateaus(&usable, seconds, &steady, hold_s, window_s)
+        }
     };
-    let (Some(pressures), Some(measured), Some(conditions)) = (
-        values(&spec.pressure.iter().map(|(channel, _)| channel).collect::<Vec<_>>()),
-        values(&spec.measured.iter().collect::<Vec<_>>()),
-        values(&spec.conditions.iter().map(|c| &c.channel).collect::<Vec<_>>()),
-    ) else {
-        // Every channel of the manifest is read in every run.
-        return vec![];
-    };
-    let samples = run.samples;
-    let whole = |i: usize| pressures.iter().chain(&measured).chain(&conditions).all(|c| c[i].is_finite());
-    census.samples += samples;
-    census.holes += (0..samples).filter(|&i| !whole(i)).count();
     let mean = |channels: &[&[f64]], rows: &[usize]| -> Vec<f64> {
         channels.iter().map(|c| rows.iter().map(|&i| c[i]).sum::<f64>() / rows.len() as f64).collect()
     };
-    let stretches: Vec<Vec<usize>> = match spec.points {
-        PointRule::Samples => (0..samples).filter(|&i| whole(i)).map(|i| vec![i]).collect(),
-        PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
-            let Some(seconds) = &run.seconds else { return vec![] };
-            let usable: Vec<usize> = (0..samples).filter(|&i| whole(i) && seconds[i].is_finite()).collect();
-            plateaus(&usable, seconds, &pressures, tolerance_pa, hold_s, window_s)
-        }
-    };
-    let mut readings: Vec<Reading> = Vec::new();
+    let mut readings = Vec::with_capacity(stretches.len());
     for rows in stretches {
         let Some(&first) = rows.first() else { continue };
-        census.used += rows.len();
+        census.used += rows.iter().filter(|&&i| needed.is_whole(i)).count();
         readings.push(Reading {
-            run: run.id.clone(),
-            line: run.lines.line_of(first),
-            pressures: mean(&pressures, &rows),
-            conditions: mean(&conditions, &rows),
-            measured: mean(&measured, &rows),
+            run,
+            line: needed.run.lines.line_of(first),
+            pressures: mean(&needed.pressures, &rows),
+            conditions: mean(&needed.conditions, &rows),
+            measured: mean(&needed.measured, &rows),
         });
     }
     readings
 }
 
-/// The ends of stretches in which every pressure stays within a tolerance of its mean for long enough.
-fn plateaus(
-    usable: &[usize],
-    seconds: &[f64],
-    pressures: &[&[f64]],
-    tolerance_pa: f64,
-    hold_s: f64,
-    window_s: f64,
-) -> Vec<Vec<usize>> {
-    let mut found = Vec::new();
-    let mut start = 0;
-    while start < usable.len() {
-        // The range of a stretch is at most twice the tolerance: then every sample is within it of the middle.
-        let mut low: Vec<f64> = pressures.iter().map(|p| p[usable[start]]).collect();
-        let mut high = low.clone();
-        let mut end = start;
-        while end + 1 < usable.len() {
-            let next = usable[end + 1];
-            let fits = pressures
-                .iter()
-                .zip(low.iter().zip(&high))
-                .all(|(p, (low, high))| high.max(p[next]) - low.min(p[next]) <= 2.0 * tolerance_pa);
-            if !fits || seconds[next] < seconds[usable[end]] {
-                break;
-            }
-            for (i, p) in pressures.iter().enumerate() {
-                (low[i], high[i]) = (low[i].min(p[next]), high[i].max(p[next]));
-            }
-            end += 1;
-        }
-        let last = seconds[usable[end]];
-        if last - seconds[usable[start]] >= hold_s {
-            let inside = |i: &&usize| seconds[**i] >= last - window_s;
-            found.push(usable[start..=end].iter().filter(inside).copied().collect());
-            start = end + 1;
-        } else {
-            start += 1;
-        }
-    }
-    found
+/// The largest size among finite values.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
 /// Readings at equal pressures and conditions.
@@ -195,19 +211,27 @@ struct Alike {
     /// Their groups, in order.
     groups: Vec<usize>,
     /// How many of them each run has joined.
-    joined: HashMap<String, usize>,
+    joined: HashMap<usize, usize>,
 }
 
 /// Readings of several runs at equal pressure and conditions become one point: the first of each run meets the first of the
-/// others, the second the second. Equal is to the bit for logged states; for plateaus, within the tolerance that makes one.
-fn points(readings: Vec<Reading>, tolerance_pa: f64, std_si: &[Option<f64>]) -> Vec<ResponsePoint> {
+/// others, the second the second, whether or not anything was measured at it. Equal is to the bit for logged states; else
+/// within the tolerance, and conditions within 1 % of the largest.
+fn points(readings: Vec<Reading>, same_within_pa: f64, std_si: &[Option<f64>], runs: &[&str]) -> Vec<ResponsePoint> {
     let mut groups: Vec<Vec<Reading>> = Vec::new();
-    if tolerance_pa > 0.0 {
+    if same_within_pa > 0.0 {
+        let settings = readings.first().map_or(0, |r| r.conditions.len());
+        let near: Vec<f64> = (0..settings)
+            .map(|i| SETTING_SHARE * readings.iter().map(|r| r.conditions[i].abs()).fold(0.0, f64::max))
+            .collect();
         for reading in readings {
             let meets = |group: &&mut Vec<Reading>| {
                 let Some(first) = group.first() else { return false };
-                let near = first.pressures.iter().zip(&reading.pressures).all(|(a, b)| (a - b).abs() <= tolerance_pa);
-                near && first.conditions == reading.conditions && group.iter().all(|r| r.run != reading.run)
+                let pressures = first.pressures.iter().zip(&reading.pressures);
+                let conditions = first.conditions.iter().zip(&reading.conditions).zip(&near);
+                pressures.into_iter().all(|(a, b)| (a - b).abs() <= same_within_pa)
+                    && conditions.into_iter().all(|((a, b), near)| (a - b).abs() <= *near)
+                    && group.iter().all(|r| r.run != reading.run)
             };
             match groups.iter_mut().find(meets) {
                 Some(group) => group.push(reading),
@@ -217,9 +241,11 @@ fn points(readings: Vec<Reading>, tolerance_pa: f64, std_si: &[Option<f64>]) -> 
     } else {
         let mut alike: HashMap<Vec<u64>, Alike> = HashMap::new();
         for reading in readings {
-            let key = reading.pressures.iter().chain(&reading.conditions).map(|v| v.to_bits()).collect();
+            // Adding zero makes a negative zero a positive one.
+            let bits = |v: &f64| (v + 0.0).to_bits();
+            let key = reading.pressures.iter().chain(&reading.conditions).map(bits).collect();
             let here = alike.entry(key).or_default();
-            let turn = here.joined.entry(reading.run.clone()).or_default();
+            let turn = here.joined.entry(reading.run).or_default();
             if let Some(&group) = here.groups.get(*turn) {
                 groups[group].push(reading);
             } else {
@@ -229,30 +255,34 @@ fn points(readings: Vec<Reading>, tolerance_pa: f64, std_si: &[Option<f64>]) -> 
             *turn += 1;
         }
     }
-    groups.iter().filter_map(|group| point(group, std_si)).collect()
+    groups.iter().filter_map(|group| point(group, std_si, runs)).collect()
 }
 
-fn point(group: &[Reading], std_si: &[Option<f64>]) -> Option<ResponsePoint> {
-    let first = group.first()?;
-    let n = group.len() as f64;
+fn point(group: &[Reading], std_si: &[Option<f64>], runs: &[&str]) -> Option<ResponsePoint> {
+    let whole: Vec<&Reading> = group.iter().filter(|r| r.measured.iter().all(|v| v.is_finite())).collect();
+    let first = *whole.first()?;
+    let n = whole.len() as f64;
     let mean = |of: fn(&Reading) -> &Vec<f64>| -> Vec<f64> {
-        (0..of(first).len()).map(|i| group.iter().map(|r| of(r)[i]).sum::<f64>() / n).collect()
+        (0..of(first).len()).map(|i| whole.iter().map(|r| of(r)[i]).sum::<f64>() / n).collect()
     };
     let instrument = |i: usize| std_si.get(i).copied().flatten();
     let measured = (0..first.measured.len())
         .map(|i| {
-            let mean = group.iter().map(|r| r.measured[i]).sum::<f64>() / n;
+            let mean = whole.iter().map(|r| r.measured[i]).sum::<f64>() / n;
             let declared = 2.0 * instrument(i).unwrap_or(0.0);
-            let half_width_si = if group.len() < 2 {
+            let half_width_si = if whole.len() < 2 {
                 declared
             } else {
-                let variance = group.iter().map(|r| (r.measured[i] - mean).powi(2)).sum::<f64>() / (n - 1.0);
-                (student_975(group.len() - 1)? * (variance / n).sqrt()).hypot(declared)
+                let variance = whole.iter().map(|r| (r.measured[i] - mean).powi(2)).sum::<f64>() / (n - 1.0);
+                (student_975(whole.len() - 1)? * (variance / n).sqrt()).hypot(declared)
             };
-            Some(Printed { si: mean, half_width_si })
+            // Beyond what a double can hold nothing is known: not a number, which is never judged.
+            let si = if half_width_si.is_finite() { mean } else { f64::NAN };
+            Some(Printed { si, half_width_si })
         })
         .collect::<Option<Vec<_>>>()?;
-    let interval = if group.len() >= 2 {
+    let widths = measured.iter().all(|m| m.half_width_si > 0.0);
+    let interval = if whole.len() >= 2 && widths {
         IntervalKind::Repeats
     } else if (0..first.measured.len()).all(|i| instrument(i).is_some()) {
         IntervalKind::Instrument
@@ -261,9 +291,9 @@ fn point(group: &[Reading], std_si: &[Option<f64>]) -> Option<ResponsePoint> {
     };
     Some(ResponsePoint {
         line: first.line,
-        runs: group.iter().map(|r| r.run.clone()).collect(),
+        runs: whole.iter().filter_map(|r| runs.get(r.run)).map(|run| (*run).to_owned()).collect(),
         pressures_gauge_pa: mean(|r| &r.pressures),
-        conditions: first.conditions.iter().map(|&si| Printed { si, half_width_si: 0.0 }).collect(),
+        conditions: mean(|r| &r.conditions).into_iter().map(|si| Printed { si, half_width_si: 0.0 }).collect(),
         measured: Some(measured),
         interval,
     })
@@ -278,36 +308,60 @@ fn student_975(freedom: usize) -> Option<f64> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_stretch_of_steady_pressure_is_one_point_and_a_ramp_is_none() {
-        // 0 to 1 s at 10 kPa, a ramp to 20 kPa until 2 s, 2 to 4 s at 20 kPa; 10 Hz.
-        let seconds: Vec<f64> = (0..=40).map(|i| f64::from(i) / 10.0).collect();
-        let pressure: Vec<f64> = seconds.iter().map(|t| 1e4 + 1e4 * (t - 1.0).clamp(0.0, 1.0)).collect();
-        let usable: Vec<usize> = (0..=40).collect();
-        let found = plateaus(&usable, &seconds, &[&pressure], 100.0, 0.9, 0.5);
-        assert_eq!(found.len(), 2);
-        assert_eq!((found[0].first(), found[0].last()), (Some(&5), Some(&10)));
-        assert_eq!((found[1].first(), found[1].last()), (Some(&35), Some(&40)));
-        assert!(plateaus(&usable, &seconds, &[&pressure], 100.0, 5.0, 0.5).is_empty());
+    fn reading(run: usize, pressure: f64, value: f64) -> Reading {
+        Reading { run, line: 1, pressures: vec![pressure], conditions: vec![], measured: vec![value] }
     }
+
+    fn value(point: &ResponsePoint) -> Printed {
+        point.measured.as_ref().unwrap()[0]
+    }
+
+    const RUNS: [&str; 2] = ["a", "b"];
 
     #[test]
     fn repeats_give_an_interval_and_one_reading_gives_none() {
-        let reading = |run: &str, pressure: f64, value: f64| Reading {
-            run: run.to_owned(),
-            line: 1,
-            pressures: vec![pressure],
-            conditions: vec![],
-            measured: vec![value],
-        };
-        let found = points(vec![reading("a", 1e4, 1.0), reading("b", 1e4, 3.0), reading("a", 2e4, 5.0)], 0.0, &[None]);
-        let value = |i: usize| found[i].measured.as_ref().unwrap()[0];
+        let found = points(vec![reading(0, 1e4, 1.0), reading(1, 1e4, 3.0), reading(0, 2e4, 5.0)], 0.0, &[None], &RUNS);
         assert_eq!(found[0].interval, IntervalKind::Repeats);
         // s = √2, n = 2: t s/√n = 12.706.
-        assert!((value(0).si - 2.0).abs() < 1e-15 && (value(0).half_width_si - 12.706_204_736).abs() < 1e-9);
-        assert_eq!((found[1].interval, value(1).half_width_si), (IntervalKind::Unknown, 0.0));
-        let found = points(vec![reading("a", 1e4, 1.0)], 0.0, &[Some(0.25)]);
+        assert!((value(&found[0]).si - 2.0).abs() < 1e-15);
+        assert!((value(&found[0]).half_width_si - 12.706_204_736).abs() < 1e-9);
+        assert_eq!((found[1].interval, value(&found[1]).half_width_si), (IntervalKind::Unknown, 0.0));
+        let found = points(vec![reading(0, 1e4, 1.0)], 0.0, &[Some(0.25)], &RUNS);
         assert_eq!(found[0].interval, IntervalKind::Instrument);
-        assert!((found[0].measured.as_ref().unwrap()[0].half_width_si - 0.5).abs() < 1e-15);
+        assert!((value(&found[0]).half_width_si - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn equal_readings_of_an_instrument_that_declares_nothing_have_no_interval() {
+        let found = points(vec![reading(0, 1e4, 3.0), reading(1, 1e4, 3.0)], 0.0, &[None], &RUNS);
+        assert_eq!(found[0].interval, IntervalKind::Unknown);
+        let found = points(vec![reading(0, 1e4, 3.0), reading(1, 1e4, 3.0)], 0.0, &[Some(0.1)], &RUNS);
+        assert_eq!(found[0].interval, IntervalKind::Repeats);
+    }
+
+    #[test]
+    fn a_hole_takes_its_turn_so_that_loading_does_not_meet_unloading() {
+        // Up and down through 20 kPa in both runs; the second run's way up was not measured.
+        let all = vec![reading(0, 2e4, 8.0), reading(0, 2e4, 12.0), reading(1, 2e4, f64::NAN), reading(1, 2e4, 12.2)];
+        let found = points(all, 0.0, &[None], &RUNS);
+        assert_eq!(found.len(), 2);
+        assert!((value(&found[0]).si - 8.0).abs() < 1e-12 && found[0].runs == ["a"]);
+        assert!((value(&found[1]).si - 12.1).abs() < 1e-12 && found[1].runs == ["a", "b"]);
+    }
+
+    #[test]
+    fn measured_pressures_within_the_tolerance_are_repeats() {
+        let found = points(vec![reading(0, 20.0e3, 8.0), reading(1, 20.1e3, 8.2)], 200.0, &[None], &RUNS);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].pressures_gauge_pa[0] - 20.05e3).abs() < 1e-9);
+        assert_eq!(points(vec![reading(0, 20.0e3, 8.0), reading(1, 20.1e3, 8.2)], 50.0, &[None], &RUNS).len(), 2);
+        // A negative zero is a zero.
+        assert_eq!(points(vec![reading(0, 0.0, 8.0), reading(1, -0.0, 8.2)], 0.0, &[None], &RUNS).len(), 1);
+    }
+
+    #[test]
+    fn what_overflows_is_no_number() {
+        let found = points(vec![reading(0, 1e4, 1e308), reading(1, 1e4, -1e308)], 0.0, &[None], &RUNS);
+        assert!(value(&found[0]).si.is_nan());
     }
 }

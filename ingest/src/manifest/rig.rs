@@ -140,6 +140,18 @@ impl Rig {
     }
 }
 
+impl Instrument {
+    /// Standard uncertainty in output units: the declared one, and half a step of the resolution either way, equally likely
+    /// everywhere (1/√12 of the step). `None` if neither is declared.
+    pub fn uncertainty(&self) -> Option<f64> {
+        let quantisation = self.resolution.map(|step| step / 12.0_f64.sqrt());
+        match (self.std, quantisation) {
+            (None, None) => None,
+            (std, quantisation) => Some(std.unwrap_or(0.0).hypot(quantisation.unwrap_or(0.0))),
+        }
+    }
+}
+
 impl RawInstrument {
     fn checked(&self, document: &Document, id: &str) -> Result<Instrument, IngestError> {
         let input = parse_unit(document, &self.input)?;

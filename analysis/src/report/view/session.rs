@@ -55,14 +55,14 @@ pub(super) fn session(dataset: &DatasetRecord) -> Option<SessionView> {
             .flatten()
             .collect();
     facts.extend(session.specimen.iter().map(|(name, value)| (format!("specimen, {name}"), value.clone())));
-    let share = session.samples_excluded as f64 / session.samples_read.max(1) as f64;
     facts.push((
-        "samples of the channels needed".to_owned(),
+        "samples".to_owned(),
         format!(
-            "{} read, {} without a number ({}; at most {} allowed)",
+            "{} read, {} excluded, {} lines skipped ({}; at most {} allowed)",
             session.samples_read,
             session.samples_excluded,
-            format::percent(share),
+            session.lines_skipped,
+            format::percent(session.excluded_share()),
             format::percent(session.excluded_share_max)
         ),
     ));

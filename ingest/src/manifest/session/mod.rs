@@ -217,7 +217,10 @@ pub struct ConditionSpec {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PointRule {
     /// Every sample is a point: a log of steady states.
-    Samples,
+    Samples {
+        /// Pressures of several runs so near each other are repeats, in Pa; 0: equal to the bit.
+        same_within_pa: f64,
+    },
     /// Every stretch of steady pressure is a point: the mean over its end.
     Plateaus {
         /// How far the pressure may be from the stretch's mean, in Pa.
@@ -267,7 +270,8 @@ impl SessionManifest {
         let comparable: Vec<Comparable> =
             responses.iter().map(|r| Comparable { quantity: &r.quantity.id, columns: vec![] }).collect();
         let comparisons = comparisons(&document, &raw.comparison, &comparable)?;
-        let excluded = raw.excluded_max.as_ref().map(|share| share.checked(&document, Dimension::Ratio)).transpose()?;
+        let excluded =
+            raw.excluded_max.as_ref().map(|share| share.not_negative(&document, Dimension::Ratio)).transpose()?;
         Ok(Self {
             title: raw.title.unwrap_or_else(|| id.clone()),
             id,

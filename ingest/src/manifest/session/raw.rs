@@ -56,6 +56,15 @@ pub(super) struct RawAmount {
 }
 
 impl RawAmount {
+    /// The same, or zero.
+    pub fn not_negative(&self, document: &Document, dimension: Dimension) -> Result<f64, IngestError> {
+        if *self.value.get_ref() == 0.0 {
+            parse_unit(document, &self.unit)?;
+            return Ok(0.0);
+        }
+        self.checked(document, dimension)
+    }
+
     /// The amount in SI units: positive, of a dimension.
     pub fn checked(&self, document: &Document, dimension: Dimension) -> Result<f64, IngestError> {
         let unit = parse_unit(document, &self.unit)?;
@@ -213,6 +222,7 @@ struct RawCondition {
 #[serde(deny_unknown_fields)]
 struct RawPoints {
     from: Spanned<PointSource>,
+    same_within: Option<RawAmount>,
     tolerance: Option<RawAmount>,
     hold: Option<RawAmount>,
     window: Option<RawAmount>,
@@ -466,8 +476,15 @@ pub(super) fn responses(
             measured: names.to_vec(),
             method: r.measured.method.clone(),
             conditions,
-            zero_within_pa: r.zero_within.as_ref().map(|z| z.checked(document, Dimension::Pressure)).transpose()?,
-            points: r.points.as_ref().map_or(Ok(PointRule::Samples), |points| points.checked(document, clock))?,
+            zero_within_pa: r
+                .zero_within
+                .as_ref()
+                .map(|z| z.not_negative(document, Dimension::Pressure))
+                .transpose()?,
+            points: r
+                .points
+                .as_ref()
+                .map_or(Ok(PointRule::Samples { same_within_pa: 0.0 }), |points| points.checked(document, clock))?,
             line: document.line_of(r.quantity.id.span().start),
         });
     }
@@ -477,7 +494,11 @@ pub(super) fn responses(
 impl RawPoints {
     pub fn checked(&self, document: &Document, clock: bool) -> Result<PointRule, IngestError> {
         match (self.from.get_ref(), &self.tolerance, &self.hold, &self.window) {
-            (PointSource::Samples, None, None, None) => Ok(PointRule::Samples),
+            (PointSource::Samples, None, None, None) => {
+                let same =
+                    self.same_within.as_ref().map(|s| s.not_negative(document, Dimension::Pressure)).transpose()?;
+                Ok(PointRule::Samples { same_within_pa: same.unwrap_or(0.0) })
+            }
             (PointSource::Samples, ..) => {
                 let next = "remove them, or say from = \"plateaus\"";
                 let found = "tolerance, hold or window";

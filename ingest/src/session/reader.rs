@@ -1,168 +1,24 @@
-//! From a session's manifest and its logs to channels in SI units.
-//!
-//! ```text
-//! log bytes -> TextLog -> rows of the run -> unit or calibration -> gauge -> tare -> derived -> Run
-//! ```
-//!
-//! Nothing is repaired: what is no number, or what a calibration refuses, is a hole (NaN) in the channel and a [`Finding`] with
-//! its place. A session is refused as unusable only where no sample of a required channel survives.
+//! A log's columns as the channels of a run.
 
 use std::collections::BTreeMap;
 
-use crate::digest;
+use super::{Channel, Run};
 use crate::error::{IngestError, Place, shown, suggestion};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity, Span, clock_findings, forward_samples};
 use crate::formats::csv::{self, Cells, TextColumn, TextLog};
 use crate::manifest::{
-    ChannelSpec, ClockSpec, ColumnRef, DerivedRule, DerivedSpec, FileDigest, Instrument, PressureReference, ReadBeside,
-    Rig, RunSpec, SessionManifest,
+    ChannelSpec, ClockSpec, ColumnRef, FileDigest, Instrument, PressureReference, Rig, RunSpec, SessionManifest,
 };
 use crate::units::{Dimension, Unit};
 
-/// A session with its data.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Session {
-    /// What the user wrote.
-    pub manifest: SessionManifest,
-    /// The rig, if channels name instruments.
-    pub rig: Option<Rig>,
-    /// Its runs, in the order of the manifest.
-    pub runs: Vec<Run>,
-    /// Every log read, with its digest.
-    pub files: Vec<FileDigest>,
-    /// What a reader should know, in the order of runs.
-    pub findings: Vec<Finding>,
-}
-
-/// One run: channels of equal length.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Run {
-    /// Its id.
-    pub id: String,
-    /// Its log.
-    pub file: String,
-    /// Time of each sample in s, if there is a clock; NaN where the stamp is no number or goes back.
-    pub seconds: Option<Vec<f64>>,
-    /// Channels by id.
-    pub channels: BTreeMap<String, Channel>,
-    /// Line of the log of each sample.
-    pub lines: LineMap,
-    /// Samples.
-    pub samples: usize,
-}
-
-/// One channel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Channel {
-    /// The unit it is shown in.
-    pub unit: Unit,
-    /// Samples in SI units; NaN is a hole.
-    pub values_si: Vec<f64>,
-    /// Standard uncertainty of one sample in SI units, where an instrument declares one.
-    pub std_si: Option<f64>,
-    /// Asked of a regulator, not measured.
-    pub commanded: bool,
-    /// A pressure against vacuum, not yet against the atmosphere.
-    absolute: bool,
-}
-
-impl Session {
-    /// Reads the logs of a session.
-    ///
-    /// # Errors
-    /// [`IngestError::Malformed`] where the manifest and the logs do not fit together (a column, a unit, an instrument);
-    /// [`IngestError::Unusable`] where no sample of a required channel is a number.
-    pub fn load(manifest: SessionManifest, rig: Option<Rig>, beside: ReadBeside) -> Result<Self, IngestError> {
-        let mut logs: BTreeMap<&str, (String, TextLog)> = BTreeMap::new();
-        let mut files = Vec::new();
-        for run in &manifest.runs {
-            if !logs.contains_key(run.file.as_str()) {
-                let (full, bytes) = beside(&run.file)?;
-                files.push(FileDigest { name: run.file.clone(), sha256: digest::sha256(&bytes) });
-                logs.insert(&run.file, (full.clone(), csv::read(&full, &bytes, &manifest.reader)?));
-            }
-        }
-        let mut findings = Vec::new();
-        let mut runs = Vec::new();
-        let reader = Reader { manifest: &manifest, rig: rig.as_ref() };
-        for spec in &manifest.runs {
-            // Every run's file was read above.
-            let Some((full, log)) = logs.get(spec.file.as_str()) else { continue };
-            runs.push(reader.run(spec, full, log, &mut findings)?);
-        }
-        for (name, (_, log)) in &logs {
-            findings.extend(log.findings.iter().map(|finding| reader.of_log(name, finding)));
-        }
-        let session = Self { manifest, rig, runs, files, findings };
-        session.check_units()?;
-        session.check_usable()?;
-        Ok(session)
-    }
-
-    /// The channels of a response measure what it says they do.
-    fn check_units(&self) -> Result<(), IngestError> {
-        for response in &self.manifest.responses {
-            let pressures = response.pressure.iter().map(|(channel, _)| (channel, Dimension::Pressure));
-            let measured = response.measured.iter().map(|channel| (channel, response.quantity.unit.dimension));
-            for (id, dimension) in pressures.chain(measured) {
-                let Some(channel) = self.runs.iter().find_map(|run| run.channels.get(id)) else { continue };
-                if channel.unit.dimension != dimension {
-                    return Err(IngestError::Malformed {
-                        place: Place::new(
-                            &self.manifest.file,
-                            Some(response.line),
-                            Some(format!("response `{}`", response.quantity.id)),
-                        ),
-                        expected: format!("channel `{id}` as {}", dimension.name()),
-                        found: format!("unit `{}`", channel.unit.symbol),
-                        next: "correct the unit of the channel or of the quantity, or name an instrument".to_owned(),
-                    });
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Every required channel has a sample that is a number.
-    fn check_usable(&self) -> Result<(), IngestError> {
-        for id in self.manifest.required() {
-            let channels = || self.runs.iter().filter_map(|run| run.channels.get(id));
-            if channels().any(|channel| channel.values_si.iter().any(|v| v.is_finite())) {
-                continue;
-            }
-            let samples: usize = channels().map(|channel| channel.values_si.len()).sum();
-            let files: Vec<&str> = self.files.iter().map(|f| f.name.as_str()).collect();
-            return Err(IngestError::Unusable {
-                place: Place::new(&files.join(", "), None, Some(format!("channel `{id}`"))),
-                expected: "at least one sample that is a number".to_owned(),
-                found: format!("none of {samples}"),
-                next: "check the column, its unit and its calibration; the findings say what was refused".to_owned(),
-            });
-        }
-        Ok(())
-    }
-
-    /// Samples of required channels that were read, and those of them that are holes.
-    pub fn samples(&self) -> (usize, usize) {
-        let required = self.manifest.required();
-        let channels = self.runs.iter().flat_map(|run| run.channels.iter());
-        let mut counts = (0, 0);
-        for (_, channel) in channels.filter(|(id, _)| required.contains(&id.as_str())) {
-            counts.0 += channel.values_si.len();
-            counts.1 += channel.values_si.iter().filter(|v| !v.is_finite()).count();
-        }
-        counts
-    }
-}
-
 /// What every run of a session is read with.
-struct Reader<'a> {
-    manifest: &'a SessionManifest,
-    rig: Option<&'a Rig>,
+pub(super) struct Reader<'a> {
+    pub manifest: &'a SessionManifest,
+    pub rig: Option<&'a Rig>,
 }
 
 /// The rows of a log that belong to a run.
-struct Rows<'a> {
+pub(super) struct Rows<'a> {
     file: &'a str,
     log: &'a TextLog,
     rows: Vec<usize>,
@@ -218,26 +74,54 @@ impl Rows<'_> {
 }
 
 impl Reader<'_> {
-    fn run(&self, spec: &RunSpec, file: &str, log: &TextLog, findings: &mut Vec<Finding>) -> Result<Run, IngestError> {
-        let rows = self.rows(spec, file, log)?;
-        let rows = Rows { file: &spec.file, ..rows };
-        let seconds = self.seconds(&spec.file, &rows, findings)?;
+    /// Two logs of the same bytes are one log: they are no repeats.
+    pub fn check_files_differ(&self, files: &[FileDigest]) -> Result<(), IngestError> {
+        for (i, file) in files.iter().enumerate() {
+            let Some(other) = files[..i].iter().find(|other| other.sha256 == file.sha256) else { continue };
+            let line = self.manifest.runs.iter().find(|run| run.file == file.name).map_or(1, |run| run.line);
+            let found = format!("{}, byte for byte {}", shown(&file.name), shown(&other.name));
+            return Err(self.malformed(line, "a log of its own", &found, "remove the run, or name its log".to_owned()));
+        }
+        Ok(())
+    }
+
+    /// Every row belongs to one run: twice the same row is no repeat.
+    pub fn claim<'r>(
+        &self,
+        spec: &'r RunSpec,
+        rows: &Rows,
+        claimed: &mut [Option<&'r str>],
+    ) -> Result<(), IngestError> {
+        for &row in &rows.rows {
+            if let Some(other) = claimed[row] {
+                let found = format!("line {} in run {other} too", rows.log.line_of(row));
+                let next = "correct `rows` or `file`: the same row twice is no repeat".to_owned();
+                return Err(self.malformed(spec.line, "rows of its own", &found, next));
+            }
+            claimed[row] = Some(&spec.id);
+        }
+        Ok(())
+    }
+
+    /// A run of a log.
+    pub fn run(&self, spec: &RunSpec, rows: Rows, findings: &mut Vec<Finding>) -> Result<Run, IngestError> {
+        let seconds = self.seconds(spec, &rows, findings)?;
         let mut channels = BTreeMap::new();
         for channel in &self.manifest.channels {
             let mut read = self.channel(channel, spec, &rows, findings)?;
-            if read.absolute {
+            if channel.reference == Some(PressureReference::Absolute) {
                 self.to_gauge(channel, spec, &mut read)?;
             }
             if let Some((value, unit)) = spec.zero.get(&channel.id) {
                 self.zero(channel, spec, &mut read, (*value, *unit), findings)?;
             }
             if let Some(samples) = channel.tare_samples {
-                self.tare(channel, samples, spec, &mut read, findings)?;
+                tare(channel, samples, spec, &mut read, findings);
             }
             channels.insert(channel.id.clone(), read);
         }
         for derived in &self.manifest.derived {
-            let channel = self.derive(derived, &channels)?;
+            let channel = self.derive(derived, spec, &channels, seconds.as_deref(), &rows.lines, findings)?;
             channels.insert(derived.id.clone(), channel);
         }
         let samples = rows.rows.len();
@@ -245,7 +129,8 @@ impl Reader<'_> {
     }
 
     /// The rows of the log that belong to the run.
-    fn rows<'l>(&self, spec: &RunSpec, file: &'l str, log: &'l TextLog) -> Result<Rows<'l>, IngestError> {
+    pub fn rows<'l>(&self, spec: &'l RunSpec, log: &'l TextLog) -> Result<Rows<'l>, IngestError> {
+        let file = spec.file.as_str();
         let rows: Vec<usize> = match &spec.rows {
             None => (0..log.rows).collect(),
             Some((column, wanted)) => {
@@ -253,7 +138,8 @@ impl Reader<'_> {
                 let rows: Vec<usize> = match &column.cells {
                     Cells::Text(cells) => (0..log.rows).filter(|&row| cells[row] == *wanted).collect(),
                     Cells::Numbers(values) => {
-                        let wanted = wanted.parse::<f64>().unwrap_or(f64::NAN);
+                        let wanted =
+                            csv::parse_number(wanted.trim().as_bytes(), log.layout.decimal).unwrap_or(f64::NAN);
                         let equal = |value: f64| value.total_cmp(&wanted).is_eq() && !value.is_nan();
                         (0..log.rows).filter(|&row| equal(values[row])).collect()
                     }
@@ -285,6 +171,11 @@ impl Reader<'_> {
                 let found = format!("column {number} of {}", log.columns.len());
                 self.malformed(line, "a column of the log", &found, "count from 1".to_owned())
             }),
+            ColumnRef::Name(name) if log.columns.iter().any(|c| c.name == format!("{name} (2)")) => {
+                let expected = "a column whose name stands once in the log";
+                let next = "name it by its number, or as `… (2)`".to_owned();
+                Err(self.malformed(line, expected, &format!("{} twice", shown(name)), next))
+            }
             ColumnRef::Name(name) => log.columns.iter().find(|c| c.name == *name).ok_or_else(|| {
                 let known: Vec<&str> = log.columns.iter().map(|c| c.name.as_str()).collect();
                 let expected = format!("a column of the log: {}", known.join(", "));
@@ -293,7 +184,12 @@ impl Reader<'_> {
         }
     }
 
-    fn seconds(&self, file: &str, rows: &Rows, findings: &mut Vec<Finding>) -> Result<Option<Vec<f64>>, IngestError> {
+    fn seconds(
+        &self,
+        run: &RunSpec,
+        rows: &Rows,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Option<Vec<f64>>, IngestError> {
         match &self.manifest.clock {
             None => Ok(None),
             Some(ClockSpec::Rate(rate)) => Ok(Some((0..rows.rows.len()).map(|i| i as f64 / rate).collect())),
@@ -302,8 +198,14 @@ impl Reader<'_> {
                 let unit = self.unit(*unit, column, *line)?;
                 self.check(unit, Dimension::Time, *line)?;
                 let stamps: Vec<f64> =
-                    rows.numbers(column, file, findings).into_iter().map(|t| unit.to_si(t)).collect();
-                findings.extend(clock_findings(file, &column.name, &stamps, Some(&rows.lines)));
+                    rows.numbers(column, &run.id, findings).into_iter().map(|t| unit.to_si(t)).collect();
+                let mut odd = clock_findings(&run.file, &column.name, &stamps, Some(&rows.lines));
+                if self.manifest.runs.iter().filter(|r| r.file == run.file).count() > 1 {
+                    for finding in &mut odd {
+                        finding.text = format!("run {}: {}", run.id, finding.text);
+                    }
+                }
+                findings.append(&mut odd);
                 let mut seconds = vec![f64::NAN; stamps.len()];
                 for i in forward_samples(&stamps) {
                     seconds[i] = stamps[i];
@@ -329,7 +231,7 @@ impl Reader<'_> {
         })
     }
 
-    fn check(&self, unit: Unit, dimension: Dimension, line: usize) -> Result<(), IngestError> {
+    pub fn check(&self, unit: Unit, dimension: Dimension, line: usize) -> Result<(), IngestError> {
         if unit.dimension == dimension {
             return Ok(());
         }
@@ -346,11 +248,21 @@ impl Reader<'_> {
     ) -> Result<Channel, IngestError> {
         let column = self.column(&spec.column, rows.log, spec.line)?;
         let instrument = spec.instrument.as_deref().map(|id| self.instrument(id, spec)).transpose()?;
-        let declared = spec.unit.or(instrument.map(|i| i.input));
-        let logged = self.unit(declared, column, spec.line)?;
+        let logged = self.logged_unit(spec, instrument, column, run, findings)?;
         let raw = rows.numbers(column, &run.id, findings);
         let (unit, values_si, std_si) = match instrument {
-            None => (logged, raw.into_iter().map(|v| logged.to_si(v)).collect::<Vec<_>>(), None),
+            None => {
+                let mut values: Vec<f64> = raw.iter().map(|v| logged.to_si(*v)).collect();
+                let beyond: Vec<usize> =
+                    (0..raw.len()).filter(|&i| raw[i].is_finite() && !values[i].is_finite()).collect();
+                if !beyond.is_empty() {
+                    for &i in &beyond {
+                        values[i] = f64::NAN;
+                    }
+                    findings.push(overflow(spec, run, &beyond, rows));
+                }
+                (logged, values, None)
+            }
             Some(instrument) => {
                 self.check(logged, instrument.input.dimension, spec.line)?;
                 let calibrated = calibrate(instrument, logged, &raw);
@@ -360,7 +272,7 @@ impl Reader<'_> {
                     findings.push(refusal(spec, run, instrument, logged, &raw, &refused, rows));
                 }
                 findings.extend(beyond_range(spec, run, instrument, &calibrated, rows));
-                (instrument.output, calibrated, instrument.std.map(|std| instrument.output.to_si(std)))
+                (instrument.output, calibrated, instrument.uncertainty().map(|u| instrument.output.to_si(u)))
             }
         };
         if unit.dimension == Dimension::Pressure && spec.reference.is_none() {
@@ -368,11 +280,45 @@ impl Reader<'_> {
             let next = "add reference = \"gauge\", or \"absolute\" with the run's `atmosphere`";
             return Err(self.malformed(spec.line, expected, "nothing", next.to_owned()));
         }
-        let absolute = spec.reference == Some(PressureReference::Absolute);
-        if absolute {
+        if spec.reference == Some(PressureReference::Absolute) {
             self.check(unit, Dimension::Pressure, spec.line)?;
         }
-        Ok(Channel { unit, values_si, std_si, commanded: spec.commanded, absolute })
+        Ok(Channel { unit, values_si, std_si, commanded: spec.commanded })
+    }
+
+    /// The unit of what is logged: the channel's own, else the file's where it is of the instrument's kind, else the instrument's.
+    /// Where the file says another, that is told: one of them is wrong, and the user's word counts.
+    fn logged_unit(
+        &self,
+        spec: &ChannelSpec,
+        instrument: Option<&Instrument>,
+        column: &TextColumn,
+        run: &RunSpec,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Unit, IngestError> {
+        let in_file = column.unit.as_deref().and_then(Unit::parse_loose).map(|(unit, _)| unit);
+        if let (None, Some(instrument), Some(unit)) = (spec.unit, instrument, in_file)
+            && unit.dimension == instrument.input.dimension
+        {
+            return Ok(unit);
+        }
+        let logged = self.unit(spec.unit.or(instrument.map(|i| i.input)), column, spec.line)?;
+        if let Some(unit) = in_file.filter(|unit| *unit != logged) {
+            let who = if spec.unit.is_some() { "session.toml" } else { "the instrument" };
+            findings.push(Finding {
+                kind: FindingKind::UnitMismatch,
+                severity: Severity::Note,
+                file: run.file.clone(),
+                channel: Some(spec.id.clone()),
+                spans: vec![],
+                count: 1,
+                text: format!(
+                    "channel `{}` of run {}: {} says {}, the log says {}; {} is taken",
+                    spec.id, run.id, who, logged.symbol, unit.symbol, logged.symbol
+                ),
+            });
+        }
+        Ok(logged)
     }
 
     fn instrument(&self, id: &str, spec: &ChannelSpec) -> Result<&Instrument, IngestError> {
@@ -391,7 +337,6 @@ impl Reader<'_> {
             return Err(self.malformed(run.line, &expected, "nothing", next));
         };
         channel.values_si.iter_mut().for_each(|p| *p -= atmosphere);
-        channel.absolute = false;
         Ok(())
     }
 
@@ -405,6 +350,10 @@ impl Reader<'_> {
         findings: &mut Vec<Finding>,
     ) -> Result<(), IngestError> {
         self.check(unit, channel.unit.dimension, run.line)?;
+        if spec.reference == Some(PressureReference::Absolute) {
+            let expected = format!("no zero for `{}`, which is absolute: the atmosphere is its zero", spec.id);
+            return Err(self.malformed(run.line, &expected, "`zero`", "remove it, or correct `atmosphere`".to_owned()));
+        }
         channel.values_si.iter_mut().for_each(|v| *v -= unit.to_si(value));
         findings.push(Finding {
             kind: FindingKind::Tared,
@@ -418,90 +367,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Takes the mean of the first samples as zero, and says so.
-    fn tare(
-        &self,
-        spec: &ChannelSpec,
-        samples: usize,
-        run: &RunSpec,
-        channel: &mut Channel,
-        findings: &mut Vec<Finding>,
-    ) -> Result<(), IngestError> {
-        let first: Vec<f64> = channel.values_si.iter().copied().take(samples).filter(|v| v.is_finite()).collect();
-        if first.is_empty() {
-            let expected = format!("a number among the first {samples} samples of channel `{}`", spec.id);
-            let next = "tare over more samples, or not at all".to_owned();
-            return Err(self.malformed(spec.line, &expected, "none", next));
-        }
-        let zero = first.iter().sum::<f64>() / first.len() as f64;
-        channel.values_si.iter_mut().for_each(|v| *v -= zero);
-        findings.push(Finding {
-            kind: FindingKind::Tared,
-            severity: Severity::Note,
-            file: run.file.clone(),
-            channel: Some(spec.id.clone()),
-            spans: vec![],
-            count: first.len(),
-            text: format!(
-                "channel `{}` of run {}: zero is the mean of its first {} samples, {} {}",
-                spec.id,
-                run.id,
-                first.len(),
-                channel.unit.from_si(zero),
-                channel.unit.symbol
-            ),
-        });
-        Ok(())
-    }
-
-    fn derive(&self, spec: &DerivedSpec, channels: &BTreeMap<String, Channel>) -> Result<Channel, IngestError> {
-        // The manifest's reader lets a derived channel name only channels above it.
-        let from: Vec<&Channel> = spec.from.iter().filter_map(|id| channels.get(id)).collect();
-        let alike = from.windows(2).all(|pair| pair[0].unit.dimension == pair[1].unit.dimension);
-        let dimensions: Vec<Dimension> = from.iter().map(|c| c.unit.dimension).collect();
-        let dimension = match (spec.rule, dimensions.as_slice()) {
-            (DerivedRule::Difference, [one, _]) if alike => *one,
-            (DerivedRule::Product, [Dimension::Pressure, Dimension::Area] | [Dimension::Area, Dimension::Pressure]) => {
-                Dimension::Force
-            }
-            (DerivedRule::Displacement | DerivedRule::TransmitterDistance, [Dimension::Length, ..]) if alike => {
-                Dimension::Length
-            }
-            _ => {
-                let expected = match spec.rule {
-                    DerivedRule::Difference => "two channels of one kind",
-                    DerivedRule::Product => "a pressure and an area",
-                    DerivedRule::Displacement | DerivedRule::TransmitterDistance => "lengths",
-                };
-                let found: Vec<&str> = dimensions.iter().map(|d| d.name()).collect();
-                return Err(self.malformed(spec.line, expected, &found.join(", "), "name other channels".to_owned()));
-            }
-        };
-        self.check(spec.unit, dimension, spec.line)?;
-        let samples = from.iter().map(|c| c.values_si.len()).min().unwrap_or(0);
-        let at = |i: usize| -> Vec<f64> { from.iter().map(|c| c.values_si[i]).collect() };
-        let origin = (0..samples).map(at).find(|r| r.iter().all(|v| v.is_finite()));
-        let norm = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let value = |r: Vec<f64>| match (spec.rule, &origin) {
-            (DerivedRule::Difference, _) => r[0] - r[1],
-            (DerivedRule::Product, _) => r[0] * r[1],
-            (DerivedRule::Displacement, Some(origin)) => {
-                norm(&r.iter().zip(origin).map(|(a, b)| a - b).collect::<Vec<_>>())
-            }
-            (DerivedRule::TransmitterDistance, Some(origin)) => norm(&r) - norm(origin),
-            _ => f64::NAN,
-        };
-        Ok(Channel {
-            unit: spec.unit,
-            values_si: (0..samples).map(|i| value(at(i))).collect(),
-            std_si: None,
-            commanded: from.iter().any(|c| c.commanded),
-            absolute: false,
-        })
-    }
-
     /// A finding of the log, as one of the session: what lies in a column that nothing needs is worth knowing, and no loss.
-    fn of_log(&self, file: &str, finding: &Finding) -> Finding {
+    pub fn of_log(&self, file: &str, finding: &Finding) -> Finding {
         let mut finding = finding.clone();
         file.clone_into(&mut finding.file);
         let required = self.manifest.required();
@@ -510,13 +377,18 @@ impl Reader<'_> {
             let numbered = self.manifest.channels.iter().any(|c| matches!(c.column, ColumnRef::Number(_)));
             numbered || self.manifest.channels.iter().filter(by_name).any(|c| required.contains(&c.id.as_str()))
         };
-        if finding.severity == Severity::Excluded && finding.channel.as_deref().is_some_and(|c| !needed(c)) {
-            finding.severity = Severity::Note;
+        match (finding.severity, finding.channel.as_deref()) {
+            (Severity::Excluded, Some(column)) if !needed(column) => finding.severity = Severity::Note,
+            // Nothing where a number is needed is a sample less, as text is.
+            (Severity::Note, Some(column)) if finding.kind == FindingKind::EmptyCell && needed(column) => {
+                finding.severity = Severity::Excluded;
+            }
+            _ => {}
         }
         finding
     }
 
-    fn malformed(&self, line: usize, expected: &str, found: &str, next: String) -> IngestError {
+    pub fn malformed(&self, line: usize, expected: &str, found: &str, next: String) -> IngestError {
         IngestError::Malformed {
             place: Place::new(&self.manifest.file, Some(line), None),
             expected: expected.to_owned(),
@@ -538,7 +410,7 @@ fn calibrate(instrument: &Instrument, logged: Unit, raw: &[f64]) -> Vec<f64> {
                 None => Some(instrument.output.from_si(instrument.input.to_si(x))),
                 Some(calibration) => calibration.apply(x),
             };
-            y.map_or(f64::NAN, |y| instrument.output.to_si(y))
+            y.map(|y| instrument.output.to_si(y)).filter(|si| si.is_finite()).unwrap_or(f64::NAN)
         })
         .collect()
 }
@@ -607,4 +479,49 @@ fn beyond_range(
             rows.lines.line_of(first)
         ),
     })
+}
+
+/// The finding of numbers that are not finite in SI.
+fn overflow(spec: &ChannelSpec, run: &RunSpec, beyond: &[usize], rows: &Rows) -> Finding {
+    let first = beyond.first().map_or(0, |&i| rows.lines.line_of(i));
+    Finding {
+        kind: FindingKind::Overflow,
+        severity: Severity::Excluded,
+        file: run.file.clone(),
+        channel: Some(spec.id.clone()),
+        spans: rows.spans(beyond),
+        count: beyond.len(),
+        text: format!(
+            "channel `{}` of run {}: {} numbers are too large for SI units, the first at line {first}",
+            spec.id,
+            run.id,
+            beyond.len()
+        ),
+    }
+}
+
+/// Takes the mean of the first samples as zero, and says so; without a number among them the whole channel is holes.
+fn tare(spec: &ChannelSpec, samples: usize, run: &RunSpec, channel: &mut Channel, findings: &mut Vec<Finding>) {
+    let first: Vec<f64> = channel.values_si.iter().copied().take(samples).filter(|v| v.is_finite()).collect();
+    let zero = first.iter().sum::<f64>() / first.len() as f64;
+    channel.values_si.iter_mut().for_each(|v| *v -= zero);
+    let name = format!("channel `{}` of run {}", spec.id, run.id);
+    let (severity, count, text) = if first.is_empty() {
+        let text = format!("{name}: none of its first {samples} samples is a number, so it has no zero");
+        (Severity::Excluded, channel.values_si.len(), text)
+    } else {
+        let at = channel.unit.from_si(zero);
+        let text =
+            format!("{name}: zero is the mean of its first {} samples, {at} {}", first.len(), channel.unit.symbol);
+        (Severity::Note, first.len(), text)
+    };
+    findings.push(Finding {
+        kind: FindingKind::Tared,
+        severity,
+        file: run.file.clone(),
+        channel: Some(spec.id.clone()),
+        spans: vec![],
+        count,
+        text,
+    });
 }
