@@ -116,7 +116,7 @@ pub struct Report {
 /// Print what the models predict over pressure.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  pneuval predict internal-support\n  pneuval predict dual-chamber-finger --quantity tip-angle --form printed\n  pneuval predict dual-chamber-finger --quantity total-angle --at \"40 kPa, 50 kPa\"\n  pneuval predict fruit-finger --quantity tip-force --with \"held_angle = 30 deg\""
+    after_help = "Examples:\n  pneuval predict internal-support\n  pneuval predict dual-chamber-finger --quantity tip-angle --form printed\n  pneuval predict dual-chamber-finger --quantity total-angle --at \"40 kPa, 50 kPa\"\n  pneuval predict fruit-finger --quantity tip-force --with \"held_angle = 30 deg\"\n  pneuval predict fruit-finger --quantity bending-angle --with \"finger_length = 46.7 mm\""
 )]
 pub struct Predict {
     /// Actuator id: embedded, or of an actuator.toml here or above
@@ -130,7 +130,7 @@ pub struct Predict {
     /// Gauge pressures with unit, one per chamber; may be repeated. Default: zero to full pressure
     #[arg(long, value_name = "PRESSURE", allow_hyphen_values = true)]
     pub at: Vec<String>,
-    /// What is set beside the pressure, with unit; may be repeated
+    /// A condition, or a parameter in place of the actuator file's, with unit; may be repeated
     #[arg(long, value_name = "NAME = VALUE", allow_hyphen_values = true)]
     pub with: Vec<String>,
     /// Steps from zero to full pressure

@@ -8,7 +8,7 @@ use serde::Serialize;
 use pneuval_analysis::format;
 use pneuval_ingest::document::Value;
 use pneuval_ingest::error::suggestion;
-use pneuval_ingest::manifest::Actuator;
+use pneuval_ingest::manifest::{Actuator, Material};
 use pneuval_ingest::units::Dimension;
 use pneuval_models::ModelError;
 use pneuval_models::catalogue::{LAWS, LawEntry, Parameter, find_law};
@@ -62,6 +62,7 @@ struct ConstantRow {
 #[derive(Serialize)]
 struct MaterialRow {
     actuator: String,
+    material: String,
     file: String,
     law: &'static str,
     constants: Vec<ValueRow>,
@@ -147,30 +148,21 @@ fn materials(chosen: &[&LawEntry]) -> Result<Vec<MaterialRow>, Failure> {
     let mut rows = Vec::new();
     for id in pneuval_datasets::embedded_actuators() {
         let actuator = pneuval_datasets::find_actuator(id, Path::new("."))?;
-        rows.extend(chosen.iter().filter_map(|law| material_of(&actuator, law)));
+        for (id, material) in &actuator.materials {
+            let law = chosen.iter().find(|law| law.id == material.law);
+            rows.extend(law.map(|law| material_row(&actuator, id, material, law)));
+        }
     }
     Ok(rows)
 }
 
-/// An actuator's material, if it is of this law. An actuator file holds one material, and its law is Yeoh's.
-fn material_of(actuator: &Actuator, law: &LawEntry) -> Option<MaterialRow> {
-    (law.id == "yeoh").then(|| {
-        let known = |name: &str| law.constants().any(|constant| constant.name == name);
-        // Dimensions stand among the values too; every modulus and stress is a material's.
-        let constants =
-            actuator.values.iter().filter(|(name, v)| known(name) || v.unit.dimension == Dimension::Pressure);
-        material_row(actuator, law, constants.map(|(name, value)| (name.as_str(), value)))
-    })
-}
-
-fn material_row<'a>(
-    actuator: &Actuator,
-    law: &LawEntry,
-    constants: impl Iterator<Item = (&'a str, &'a Value)>,
-) -> MaterialRow {
-    let constants: Vec<ValueRow> = constants.map(|(name, value)| value_row(name, value)).collect();
+/// A material of an actuator, with all its constants: also those that its law does not take.
+fn material_row(actuator: &Actuator, id: &str, material: &Material, law: &LawEntry) -> MaterialRow {
+    let constant = |(name, key): (&String, &String)| actuator.values.get(key).map(|value| value_row(name, value));
+    let constants: Vec<ValueRow> = material.constants.iter().filter_map(constant).collect();
     let mut row = MaterialRow {
         actuator: actuator.id.clone(),
+        material: id.to_owned(),
         file: actuator.file.clone(),
         law: law.id,
         shear_modulus_pa: None,
@@ -295,7 +287,7 @@ fn indent(rows: &mut comfy_table::Table) {
 }
 
 fn material_text(material: &MaterialRow) -> String {
-    let mut out = format!("{}: {} ({})\n", material.actuator, material.law, material.file);
+    let mut out = format!("{}, {}: {} ({})\n", material.actuator, material.material, material.law, material.file);
     let mut constants = table::plain(&["constant", "value", "source", "place"], &[1]);
     for c in &material.constants {
         constants.add_row([c.name.as_str(), &c.written, c.source, c.place.as_deref().unwrap_or("")]);

@@ -7,11 +7,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use pneuval_analysis::{format, prediction};
+use pneuval_ingest::document::{Origin, Value};
 use pneuval_ingest::error::suggestion;
 use pneuval_ingest::manifest::Actuator;
 use pneuval_ingest::number;
 use pneuval_ingest::units::{Dimension, Unit};
-use pneuval_models::catalogue::{self, Entry};
+use pneuval_models::catalogue::{self, Entry, Parameter};
 
 use crate::cli::Predict;
 use crate::exit::{Failure, Outcome};
@@ -38,14 +39,28 @@ struct Form {
     /// Why a value is missing, for the first pressure where it is.
     no_solution: Option<String>,
     rests_on: Vec<String>,
+    /// What `--with` gave that the form takes.
+    with: Vec<String>,
+}
+
+/// `held_angle = 30 deg` of `--with`: a condition or a parameter.
+struct Given {
+    name: String,
+    si: f64,
+    unit: Unit,
 }
 
 pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
-    let actuator = pneuval_datasets::find_actuator(&arguments.actuator, Path::new("."))?;
+    let mut actuator = pneuval_datasets::find_actuator(&arguments.actuator, Path::new("."))?;
     let entries = select(arguments, &actuator)?;
     let asked = arguments.at.iter().map(|text| pressures(text)).collect::<Result<Vec<_>, Failure>>()?;
-    let conditions = arguments.with.iter().map(|text| condition(text)).collect::<Result<Vec<_>, Failure>>()?;
-    check_conditions(&conditions, &entries)?;
+    let given = arguments.with.iter().map(|text| given(text)).collect::<Result<Vec<_>, Failure>>()?;
+    check_given(&given, &entries)?;
+    // What is given takes the place of what the file says, and nothing rests on the file's value any more.
+    for g in &given {
+        let value = Value { si: g.si, std_si: None, unit: g.unit, origin: Origin::Published, place: None, line: 0 };
+        actuator.values.insert(g.name.clone(), value);
+    }
     let mut blocks: Vec<Block> = Vec::new();
     for entry in entries {
         if blocks.last().is_none_or(|b| b.quantity != entry.quantity) {
@@ -59,7 +74,7 @@ pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
             });
         }
         if let Some(block) = blocks.last_mut() {
-            block.forms.extend(predict(entry, &actuator, &block.pressures_gauge_pa, &conditions)?);
+            block.forms.extend(predict(entry, &actuator, &block.pressures_gauge_pa, &given)?);
         }
     }
     if arguments.json {
@@ -140,12 +155,12 @@ fn amount(text: &str) -> Option<(f64, &str)> {
     })
 }
 
-/// `held_angle = 30 deg`: a condition in SI units, with its unit.
-fn condition(text: &str) -> Result<(String, f64, Unit), Failure> {
+/// A condition or a parameter in SI units, with the unit it was written in.
+fn given(text: &str) -> Result<Given, Failure> {
     let wrong = |next: String| Failure::Flag {
         flag: "--with",
         found: format!("`{text}`"),
-        expected: "a condition with unit, such as \"held_angle = 30 deg\"".to_owned(),
+        expected: "a condition or a parameter with unit, such as \"held_angle = 30 deg\"".to_owned(),
         next,
     };
     let (name, value) = text.split_once('=').ok_or_else(|| wrong("write NAME = VALUE".to_owned()))?;
@@ -155,15 +170,21 @@ fn condition(text: &str) -> Result<(String, f64, Unit), Failure> {
         return Err(wrong("write the unit behind the number".to_owned()));
     }
     let unit = Unit::parse(symbol).ok_or_else(|| wrong(format!("unit `{symbol}`: {}", Unit::suggestion(symbol))))?;
-    Ok((name.trim().to_owned(), unit.to_si(value), unit))
+    Ok(Given { name: name.trim().to_owned(), si: unit.to_si(value), unit })
 }
 
-/// Every condition is one that a form asks for, in its unit, and given once.
-fn check_conditions(conditions: &[(String, f64, Unit)], entries: &[&Entry]) -> Result<(), Failure> {
-    let known = || entries.iter().flat_map(|e| e.conditions);
-    for (i, (name, _, unit)) in conditions.iter().enumerate() {
-        let Some(parameter) = known().find(|c| c.name == name) else {
-            return Err(flag("--with", name, &known().map(|c| c.name).collect::<Vec<_>>()));
+/// Everything given is a condition or a parameter of some form, in its unit, and given once.
+fn check_given(given: &[Given], entries: &[&Entry]) -> Result<(), Failure> {
+    let conditions = entries.iter().flat_map(|e| e.conditions);
+    let mut known: Vec<&Parameter> = Vec::new();
+    for parameter in conditions.chain(entries.iter().flat_map(|e| e.parameters)) {
+        if known.iter().all(|k| k.name != parameter.name) {
+            known.push(parameter);
+        }
+    }
+    for (i, Given { name, unit, .. }) in given.iter().enumerate() {
+        let Some(parameter) = known.iter().find(|p| p.name == name) else {
+            return Err(flag("--with", name, &known.iter().map(|p| p.name).collect::<Vec<_>>()));
         };
         let wrong = |found: String, expected: String, next: &str| {
             Err(Failure::Flag { flag: "--with", found, expected, next: next.to_owned() })
@@ -172,8 +193,8 @@ fn check_conditions(conditions: &[(String, f64, Unit)], entries: &[&Entry]) -> R
             let expected = format!("{}, in a unit of {}", parameter.meaning, parameter.si_unit);
             return wrong(format!("`{name}` in `{}`", unit.symbol), expected, "correct the unit");
         }
-        if conditions[..i].iter().any(|(other, ..)| other == name) {
-            return wrong(format!("`{name}` twice"), "every condition once".to_owned(), "remove one");
+        if given[..i].iter().any(|other| other.name == *name) {
+            return wrong(format!("`{name}` twice"), "every condition and parameter once".to_owned(), "remove one");
         }
     }
     Ok(())
@@ -215,13 +236,13 @@ fn predict(
     entry: &'static Entry,
     actuator: &Actuator,
     pressures: &[Vec<f64>],
-    conditions: &[(String, f64, Unit)],
+    given: &[Given],
 ) -> Result<Vec<Form>, Failure> {
     let (mut inputs, rests_on) = prediction::inputs(entry, actuator)?;
     let mut missing = Vec::new();
     for parameter in entry.conditions {
-        match conditions.iter().find(|(name, ..)| name == parameter.name) {
-            Some((_, value, _)) => inputs.set(parameter.name, *value),
+        match given.iter().find(|g| g.name == parameter.name) {
+            Some(g) => inputs.set(parameter.name, g.si),
             None => missing.push(parameter.name),
         }
     }
@@ -232,6 +253,9 @@ fn predict(
         let why = format!("needs {}: give it with --with \"{} = …\"", missing.join(", "), missing[0]);
         pressures.iter().map(|_| Err(why.clone())).collect()
     };
+    let takes = |g: &&Given| entry.conditions.iter().chain(entry.parameters).any(|p| p.name == g.name);
+    let words = |g: &Given| format!("{} = {} {}", g.name, format::short(g.unit.from_si(g.si)), g.unit.symbol);
+    let with: Vec<String> = given.iter().filter(takes).map(words).collect();
     let no_solution = values.iter().find_map(|v| v.as_ref().err().cloned());
     let components = if entry.components.is_empty() { vec![None] } else { entry.components.iter().map(Some).collect() };
     let of = |(index, component): (usize, Option<&&'static str>)| Form {
@@ -241,6 +265,7 @@ fn predict(
         predicted_si: values.iter().map(|v| v.as_ref().ok().and_then(|v| v.get(index).copied())).collect(),
         no_solution: no_solution.clone(),
         rests_on: rests_on.clone(),
+        with: with.clone(),
     };
     Ok(components.into_iter().enumerate().map(of).collect())
 }
@@ -268,9 +293,12 @@ fn text(block: &Block) -> String {
         }
         // Said once, although a form of several components has a column for each.
         let first = block.forms.iter().find(|f| f.form == form.form).is_some_and(|f| f.component == form.component);
-        if first && !form.rests_on.is_empty() {
+        let said = |what: &str, list: &[String]| (!list.is_empty()).then(|| format!("{what} {}", list.join(", ")));
+        let said: Vec<String> =
+            [said("with", &form.with), said("rests on", &form.rests_on)].into_iter().flatten().collect();
+        if first && !said.is_empty() {
             // Writing to a String cannot fail.
-            let _ = writeln!(out, "{}: rests on {}", form.form, form.rests_on.join(", "));
+            let _ = writeln!(out, "{}: {}", form.form, said.join("; "));
         }
     }
     for (form, why) in reasons {

@@ -427,6 +427,8 @@ fn flags_are_checked_and_mistyped_words_get_a_suggestion() {
         (&["predict", "fruit-finger", "--with", "held_angle"], "write NAME = VALUE"),
         (&["predict", "fruit-finger", "--with", "held_angel = 30 deg"], "did you mean `held_angle`?"),
         (&["predict", "fruit-finger", "--with", "held_angle=30deg", "--with", "held_angle=0deg"], "`held_angle` twice"),
+        (&["predict", "fruit-finger", "--with", "finger_lenght = 30 mm"], "did you mean `finger_length`?"),
+        (&["predict", "fruit-finger", "--with", "finger_length = 30 deg"], "L, length of the finger"),
         (&["predict", "internal-support", "--with", "held_angle = 30 deg"], "--with `held_angle`"),
         (&["models", "internal"], "internal-support"),
         (&["validate", "nowhere"], "no such file or folder"),

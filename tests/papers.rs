@@ -201,10 +201,17 @@ fn tip_force_of_the_fruit_finger_with_one_pressure_left_out() {
 /// The free rod angle at 60 kPa that K and a imply is above the 110 deg of the abstract: the note on the page says so.
 #[test]
 fn the_stored_calibration_is_the_one_that_the_fit_finds() {
-    let id = "fruit-finger/tip-force/leave-one-pressure-out";
+    let (id, affine) =
+        ("fruit-finger/tip-force/leave-one-pressure-out", "fruit-finger/tip-force/leave-one-pressure-out-affine");
     let actuators = RUN.results["actuators"].as_array().unwrap();
     let inputs = actuators.iter().find(|a| a["id"] == "fruit-finger").unwrap()["inputs"].as_array().unwrap();
-    for (name, tolerance) in [("rod_stiffness", 5e-4), ("free_rod_angle_per_pressure", 5e-9)] {
+    for (id, name, tolerance) in [
+        (id, "rod_stiffness", 5e-4),
+        (id, "free_rod_angle_per_pressure", 5e-9),
+        (affine, "affine_rod_stiffness", 5e-4),
+        (affine, "affine_free_rod_angle_per_pressure", 5e-9),
+        (affine, "affine_free_rod_angle_at_zero", 5e-5),
+    ] {
         let stored = inputs.iter().find(|i| i["name"] == name).unwrap();
         assert_eq!(stored["origin"], "calibrated");
         assert!((stored["value_si"].as_f64().unwrap() - parameter(id, name)).abs() < tolerance, "{name}");
@@ -411,10 +418,13 @@ fn the_page_says_in_words_that_the_published_curve_cannot_come_from_the_stated_m
 #[test]
 fn the_pages_of_the_new_types_say_what_their_numbers_are() {
     for (name, words) in [
+        ("pdms-wall.html", "15.7028 ± 0.21 N"),
+        ("pdms-wall.html", "a dash where there is one pressure only"),
+        ("fruit-finger.html", "each pressure by a fit to the others: lines join different fits"),
         ("fruit-finger.html", "L² = 2.15 N. That the free rod angle is proportional to pressure is assumed"),
         (
             "fruit-finger.html",
-            "measured; each pressure is predicted by a fit to the others, and the fit to all of them is (27 points): rod_stiffness = 2.145 ± 0.14 N",
+            "measured; each pressure is predicted by a fit to the others, and the fit to all of them is (27 points; ± is the standard error): rod_stiffness = 2.145 ± 0.14 N",
         ),
         ("fruit-finger.html", "Figure 15c: measured and theoretical bending angle over pressure"),
         ("wave-finger.html", "gives 180.00° where 168.00° was measured"),

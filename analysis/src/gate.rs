@@ -101,7 +101,7 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
                 let ground = match comparison.basis {
                     Basis::PublishedPoint => "printed digits",
                     Basis::Session if record.is_some_and(|r| r.single_repeat) => "instruments",
-                    Basis::Session => "95 %",
+                    Basis::Session => "points' 95 %",
                 };
                 format!("{} ({ground}: {} to {})", text(interval.value), text(interval.lower), text(interval.upper))
             } else {

@@ -18,10 +18,13 @@
 //! \|measured\|, \|predicted\| are distances from the origin of its frame; a distance has no sign, so a position has no bias, and
 //! no range and R² are defined for it.
 //!
-//! Printed values are intervals (half a unit of the last digit either side). Every metric carries the interval that it can
-//! take while each measured and each printed predicted value moves within its own; pressures, dimensions and constants are taken
-//! as exact, although they are printed too, and a computed prediction has no width; `relative_to_range` and `r2` are handled more coarsely: the former's
-//! interval combines the extremes of numerator and denominator, the latter has none.
+//! Points are intervals: a printed value by half a unit of its last digit either side, a measured point of a session by its 95 %
+//! interval from repeats and instruments, an imported prediction by two of its standard uncertainties. Every metric carries the
+//! interval that it can take while each measured and each predicted value moves within its own, all at once. For a session it is
+//! therefore made of the points' 95 % intervals, and is not itself a 95 % interval. Pressures, dimensions and constants are taken
+//! as exact, although they are printed too; so are conditions, except printed ones declared `exact = false`, which widen the
+//! prediction by what their digits leave open. Any other computed prediction has no width. `relative_to_range` and `r2` are handled
+//! more coarsely: the former's interval combines the extremes of numerator and denominator, the latter has none.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

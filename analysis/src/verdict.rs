@@ -41,7 +41,8 @@ impl Verdict {
 pub enum Basis {
     /// Printed values: the interval is what their last digits leave open; no measurement uncertainty is published.
     PublishedPoint,
-    /// Measured in a session: the interval is that of repeats and instruments, 95 %.
+    /// Measured in a session: each point has the 95 % interval of repeats and instruments. The interval of a metric is what it can
+    /// be while every point moves within its own, all at once; it is not itself a 95 % interval.
     Session,
 }
 
@@ -50,7 +51,9 @@ impl Basis {
     pub fn label(self) -> &'static str {
         match self {
             Self::PublishedPoint => "published point: no measurement uncertainty published",
-            Self::Session => "measured session: intervals from repeats and the instruments' declared uncertainty, 95 %",
+            Self::Session => {
+                "measured session: points' 95 % intervals from repeats and the instruments' declared uncertainty"
+            }
         }
     }
 }

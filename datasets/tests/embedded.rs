@@ -35,13 +35,15 @@ fn the_embedded_papers_and_the_folder_on_disk_are_the_same() {
 }
 
 /// What the papers leave out and a model needs: chosen or fitted, and said so.
-const NOT_PUBLISHED: [(&str, &str, Origin); 8] = [
+const NOT_PUBLISHED: [(&str, &str, Origin); 10] = [
     ("dual-chamber-finger", "sheet_width", Origin::Assumed),
     ("fruit-finger", "chamber_radius", Origin::Assumed),
     ("fruit-finger", "finger_length", Origin::Assumed),
     ("fruit-finger", "rod_stiffness", Origin::Calibrated),
     ("fruit-finger", "free_rod_angle_per_pressure", Origin::Calibrated),
-    ("fruit-finger", "free_rod_angle_at_zero", Origin::Calibrated),
+    ("fruit-finger", "affine_rod_stiffness", Origin::Calibrated),
+    ("fruit-finger", "affine_free_rod_angle_per_pressure", Origin::Calibrated),
+    ("fruit-finger", "affine_free_rod_angle_at_zero", Origin::Calibrated),
     ("wave-finger", "linear_full_pressure", Origin::Assumed),
     ("wave-finger", "linear_full_angle", Origin::Assumed),
 ];

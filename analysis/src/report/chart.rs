@@ -135,6 +135,8 @@ pub struct Chart {
     pub y_title: String,
     /// Horizontal range.
     pub x: Range<f64>,
+    /// Largest x whose tick gets a number; beyond it stand words, not values. All of them where absent.
+    pub x_labelled_to: Option<f64>,
     /// Vertical range.
     pub y: Range<f64>,
     /// Names of rows, from the top, at y = 0.5, 1.5, … from the top of the range; empty for a numeric axis.
@@ -235,6 +237,8 @@ impl Chart {
             .y_label_area_size(px(if numeric { 110 } else { 8 }))
             .build_cartesian_2d(drawable(&self.x)?, drawable(&self.y)?)?;
         let number = |value: &f64| format::short(*value);
+        let labelled_to = self.x_labelled_to.unwrap_or(f64::INFINITY);
+        let x_number = |value: &f64| if *value > labelled_to { String::new() } else { number(value) };
         let mut mesh = plot.configure_mesh();
         mesh.bold_line_style(GRID.stroke_width(stroke(2)))
             .light_line_style(TRANSPARENT)
@@ -244,7 +248,7 @@ impl Chart {
             .axis_desc_style(text(25.0, INK))
             .x_desc(&self.x_title)
             .x_labels(8)
-            .x_label_formatter(&number)
+            .x_label_formatter(&x_number)
             .y_label_formatter(&number);
         if numeric {
             mesh.y_desc(&self.y_title).y_labels(8).draw()?;

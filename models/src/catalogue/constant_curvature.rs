@@ -31,7 +31,7 @@ const CURVATURE_INPUTS: &[Parameter] = &[REST_LENGTH, ELONGATION, CURVATURE];
 const ANGLE_INPUTS: &[Parameter] = &[REST_LENGTH, ELONGATION, ANGLE];
 const AXIS_INPUTS: &[Parameter] = &[REST_LENGTH, ELONGATION];
 
-const CHOSEN: &str = "chosen, not printed: the smallest law with physical meaning; curvature, angle and length in proportion to pressure";
+const CHOSEN: &str = "chosen, not printed: the smallest law with physical meaning; curvature or angle is proportional to pressure, and so is the growth of the length";
 const GEOMETRY_ONLY: &str =
     "no law of pressure and angle: constant curvature and elongation only, the angle is measured";
 

@@ -25,9 +25,9 @@ const BENDING_LINEAR: (&str, &str, &str) = ("wave-finger", "bending-angle", "lin
 const TIP_LINEAR: (&str, &str, &str) = ("wave-finger", "tip-position", "constant-curvature-linear");
 const TIP_MEASURED: (&str, &str, &str) = ("wave-finger", "tip-position", "constant-curvature");
 
-const LINE: &str = "the paper says only \"linear trend\": the line through (0, 0) and (26 kPa, 180 deg) is chosen; 180 deg at 26 kPa is the finite element result, which the abstract calls experimental";
+const LINE: &str = "the paper says \"linearly\" (section 2.2.3) and \"linear trend\" (section 4.2) and prints no coefficient: the line through (0, 0) and (26 kPa, 180 deg) is chosen; 180 deg at 26 kPa is the finite element result, which the abstract calls experimental";
 const FRAME: &str = "the text puts x along the finger; Eq. 8 puts z along it and x sideways, as here";
-const INEXTENSIBLE: &str = "the axis keeps its length: the paper gives no elongation";
+const INEXTENSIBLE: &str = "the axis keeps its length: Eq. 12 lets it grow by e θ; e is not printed";
 
 pub(super) const ENTRIES: &[Entry] = &[
     Entry {
@@ -39,7 +39,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         kind: FormKind::Assumed,
         title: "linear through 180 deg at 26 kPa",
         equation: "θ = p θ_full / p_full",
-        source: "assumed; wave-finger, section 4.2 (\"linear trend\") and section 3.3 (180 deg at 26 kPa)",
+        source: "assumed; wave-finger, sections 2.2.3 (\"linearly\") and 4.2 (\"linear trend\"), and section 3.3 (180 deg at 26 kPa)",
         range: "0 to 26 kPa, 0 to 180 deg; beyond, and below zero, the line is extrapolated",
         misprints: &[LINE],
         chambers: &["chamber"],
@@ -76,7 +76,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         kind: FormKind::Assumed,
         title: "constant curvature, linear angle",
         equation: "x = (1 - cos kl)/k, z = sin(kl)/k, kl = p θ_full / p_full",
-        source: "wave-finger, Eq. 5 to 8; the angle assumed, section 4.2 (\"linear trend\")",
+        source: "wave-finger, Eq. 5 to 8; the angle assumed, sections 2.2.3 (\"linearly\") and 4.2 (\"linear trend\")",
         range: "0 to 26 kPa; free tip, no gravity; beyond, and below zero, the line is extrapolated",
         misprints: &[LINE, FRAME, INEXTENSIBLE],
         chambers: &["chamber"],

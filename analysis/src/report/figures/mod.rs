@@ -227,6 +227,7 @@ fn empty() -> Chart {
         x_title: String::new(),
         y_title: String::new(),
         x: 0.0..1.0,
+        x_labelled_to: None,
         y: 0.0..1.0,
         rows: vec![],
         layers: vec![],

@@ -52,6 +52,7 @@ pub(super) fn parity(groups: &[&Group], unit: Unit) -> (Chart, String) {
         x_title: format!("Measured / {}", unit_name(unit)),
         y_title: format!("Predicted / {}", unit_name(unit)),
         x: range.clone(),
+        x_labelled_to: None,
         y: range,
         rows: vec![],
         layers,

@@ -106,6 +106,7 @@ impl Group<'_> {
                 format!("Predicted − measured / {}", unit_name(unit))
             },
             x,
+            x_labelled_to: None,
             y: if position { -0.04 * reach..reach } else { -reach..reach },
             rows: vec![],
             layers,
@@ -171,6 +172,7 @@ impl Group<'_> {
             x_title: format!("Predicted − measured / {}", unit_name(unit)),
             y_title: String::new(),
             x: -reach..(VALUES_TO + 0.02) * reach,
+            x_labelled_to: Some(reach),
             y: 0.0..n,
             rows: forms.iter().map(|c| c.title.clone()).collect(),
             layers,

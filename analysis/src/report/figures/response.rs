@@ -1,5 +1,6 @@
 //! The measured quantity over pressure, with every form; a position as a path in its plane.
 
+use pneuval_ingest::manifest::HoldOut;
 use pneuval_ingest::units::Unit;
 
 use super::{Group, axis, empty, spread};
@@ -40,6 +41,19 @@ impl Group<'_> {
             Some(Basis::Session) => "Bars: the interval of a measured value, where repeats or instruments give one.",
             _ => "No error bars: no measurement uncertainty is published.",
         }
+    }
+
+    /// What lines are that join predictions of different fits; nothing where there are none.
+    fn joined_fits_told(&self) -> String {
+        let titles: Vec<&str> =
+            self.by_points().filter(|(_, c, _)| each_by_others(c)).map(|(_, c, _)| c.title.as_str()).collect();
+        if titles.is_empty() {
+            return String::new();
+        }
+        format!(
+            "{}: each pressure is predicted by a fit to the others, so the line joins different fits. ",
+            titles.join("; ")
+        )
     }
 
     /// The intervals of measured values of a session.
@@ -120,8 +134,9 @@ impl Group<'_> {
         }
         let title = format!("{} over pressure", measurement_title(first));
         let caption = format!(
-            "{}: measured, and every form. Arrows mark predictions beyond the axis. {}",
+            "{}: measured, and every form. Arrows mark predictions beyond the axis. {}{}",
             first.quantity.title,
+            self.joined_fits_told(),
             self.bars_told()
         );
         let chart = Chart {
@@ -129,6 +144,7 @@ impl Group<'_> {
             x_title,
             y_title: axis(&first.quantity.title, unit),
             x: (self.lowest_share() - 0.02) * full..1.04 * full,
+            x_labelled_to: None,
             y,
             rows: vec![],
             layers,
@@ -154,6 +170,7 @@ impl Group<'_> {
         let y = value_range(&measured, &values);
         let (mut layers, mut front, mut legend) = (Vec::new(), Vec::new(), Vec::new());
         let any_measured = !measured.is_empty();
+        let one_pressure = comparison.points.windows(2).all(|p| p[0].pressures_gauge_pa == p[1].pressures_gauge_pa);
         for (i, set) in sets.iter().enumerate() {
             let ink = Ink::Form(i);
             let here = || comparison.points.iter().filter(|p| p.conditions_si == *set);
@@ -164,7 +181,9 @@ impl Group<'_> {
                 .flat_map(|t| &t.points)
                 .filter_map(|p| p.values.first().map(|v| (full * p.share, unit.from_si(*v))))
                 .collect();
-            if line.len() > 1 {
+            // Through one pressure a constant line would show a dependence that is neither computed nor measured.
+            let constant = line.windows(2).all(|pair| pair[0].1.to_bits() == pair[1].1.to_bits());
+            if line.len() > 1 && !(one_pressure && constant) {
                 layers.push(Layer::Line { points: line, ink, dashed: false });
             } else {
                 for (x, v, _) in here().filter_map(|p| p.predicted_scalar().map(|v| mark(p.pressure_share, v))) {
@@ -185,9 +204,14 @@ impl Group<'_> {
         layers.append(&mut front);
         let marks = if any_measured { "Marks: measured. " } else { "" };
         let caption = format!(
-            "{}, {}. {marks}Lines: predicted (a dash where there is one pressure only). {}",
+            "{}, {}. {marks}Lines: predicted (a dash where there is one pressure only{}). {}",
             comparison.quantity.title,
             comparison.title,
+            if each_by_others(comparison) {
+                "; each pressure by a fit to the others: lines join different fits"
+            } else {
+                ""
+            },
             self.bars_told()
         );
         let chart = Chart {
@@ -195,6 +219,7 @@ impl Group<'_> {
             x_title,
             y_title: axis(&comparison.quantity.title, unit),
             x: (self.lowest_share() - 0.02) * full..1.04 * full,
+            x_labelled_to: None,
             y,
             rows: vec![],
             layers,
@@ -247,17 +272,25 @@ impl Group<'_> {
             x_title: axis(a, unit),
             y_title: axis(b, unit),
             x: spread(all.iter().map(|p| p.0), 0.08),
+            x_labelled_to: None,
             y: spread(all.iter().map(|p| p.1), 0.08),
             rows: vec![],
             layers,
             legend,
         };
         let caption = format!(
-            "{}: {b} over {a}, measured and predicted as the pressure rises{more}. The axes have different scales.",
-            first.quantity.title
+            "{}: {b} over {a}, measured and predicted as the pressure rises{more}. {}The axes have different scales.",
+            first.quantity.title,
+            self.joined_fits_told()
         );
         Some((chart, caption))
     }
+}
+
+/// Whether each pressure's prediction comes from a fit to the other pressures.
+fn each_by_others(comparison: &Comparison) -> bool {
+    let held_out = comparison.fit.as_ref().and_then(|fit| fit.hold_out.as_deref());
+    held_out.is_some() && held_out == HoldOut::OnePressure.label()
 }
 
 /// The vertical range: every measured value, and predictions that are not far from them. Where nothing is measured, the

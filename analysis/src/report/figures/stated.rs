@@ -63,6 +63,7 @@ impl Group<'_> {
             x_title: format!("Stated error / {}", unit_name(unit)),
             y_title: String::new(),
             x: -0.02 * reach..(VALUES_TO + 0.02) * reach,
+            x_labelled_to: Some(reach),
             y: 0.0..n,
             rows: rows.into_iter().map(|r| r.name).collect(),
             layers,

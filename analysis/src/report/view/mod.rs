@@ -414,8 +414,10 @@ fn form_view(c: &Comparison) -> FormView {
             })
             .collect();
         let held = fit.hold_out.as_ref().map_or(String::new(), |text| format!("; {text}"));
+        let any_std = fit.parameters.iter().any(|p| p.std_si.is_some());
+        let what = if any_std { "; ± is the standard error" } else { "" };
         format!(
-            "fitted on {}{held} ({} points): {}; RMSE of the fit {}, condition number {}",
+            "fitted on {}{held} ({} points{what}): {}; RMSE of the fit {}, condition number {}",
             fit.fitted_on.join(", "),
             fit.n,
             parameters.join(", "),

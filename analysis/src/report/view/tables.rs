@@ -76,11 +76,9 @@ pub(super) fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
         .map(|(i, point)| PointRow {
             pressure: format::pressures(&point.pressures_gauge_pa, &first.chambers),
             conditions: conditions(first, &point.conditions_si),
-            // A measured value is shown with the digits it was printed with.
-            measured: point
-                .measured
-                .as_deref()
-                .map_or(DASH.to_owned(), |m| values(m, &point.measured_half_width, first.basis, unit)),
+            measured: point.measured.as_deref().map_or(DASH.to_owned(), |m| {
+                values(m, &point.measured_half_width, first.basis == Basis::PublishedPoint, unit)
+            }),
             note: match point.status {
                 PointStatus::ZeroReference => "reference, not in the metrics".to_owned(),
                 PointStatus::HoleInPrint => "not printed".to_owned(),
@@ -109,7 +107,8 @@ fn cell(c: &Comparison, i: usize, unit: Unit) -> Cell {
     });
     let value = point.and_then(|p| p.predicted.as_deref().map(|v| (v, p.predicted_half_width.as_slice())));
     let none = if c.kind == "none" { DASH } else { "no prediction" };
-    let value = value.map_or(none.to_owned(), |(v, half)| values(v, half, Basis::PublishedPoint, unit));
+    // A computed value may have a width, from printed conditions or an imported uncertainty, and still be no printed number.
+    let value = value.map_or(none.to_owned(), |(v, half)| values(v, half, c.kind == "published", unit));
     let note = point.filter(|p| p.status == PointStatus::InFit).map_or("", |_| "in the fit");
     Cell { value, residual, note }
 }
@@ -162,16 +161,16 @@ fn conditions(c: &Comparison, values_si: &[f64]) -> Vec<String> {
     c.conditions.iter().zip(values_si).map(text).collect()
 }
 
-/// A value, or the components of a position, with the digits that are known of it.
-fn values(values_si: &[f64], half_widths: &[f64], basis: Basis, unit: Unit) -> String {
+/// A value, or the components of a position: a printed one with the digits it was printed with, any other with the half width
+/// of its interval, in the same unit.
+fn values(values_si: &[f64], half_widths: &[f64], printed: bool, unit: Unit) -> String {
     let number = |(value, half): (&f64, &f64)| {
-        let half = unit.from_si(*half);
-        let decimals = match basis {
-            Basis::PublishedPoint if half > 0.0 => printed_decimals(half),
-            _ => format::error_decimals(unit),
-        };
-        let text = format::fixed(unit.from_si(*value), decimals);
-        if basis == Basis::Session && half > 0.0 { format!("{text} ± {}", format::significant(half, 2)) } else { text }
+        let (value, half) = (unit.from_si(*value), unit.from_si(*half));
+        if half > 0.0 && printed {
+            return format::fixed(value, printed_decimals(half));
+        }
+        let text = format::fixed(value, format::error_decimals(unit));
+        if half > 0.0 { format!("{text} ± {}", format::significant(half, 2)) } else { text }
     };
     let numbers: Vec<String> = values_si.iter().zip(half_widths).map(number).collect();
     format::with_unit(&numbers.join(", "), unit)
