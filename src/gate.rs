@@ -16,7 +16,7 @@ pub fn run(arguments: &Gate) -> Result<Outcome, Failure> {
     gate::rejudge(&mut results, named.as_ref().map(|(bounds, _)| bounds))?;
     output::tell_findings(&results);
     if arguments.json {
-        output::print(&folder::to_json(&results)?)?;
+        output::print_json_text(&folder::to_json(&results)?)?;
     } else {
         output::print(&table::render(&results))?;
     }

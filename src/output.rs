@@ -1,6 +1,7 @@
 //! Results go to standard output through a writer whose errors are seen; diagnostics go to standard error.
 
-use std::io::{self, Write};
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
 
 use serde::Serialize;
 
@@ -11,8 +12,29 @@ use pneuval_analysis::results::Results;
 /// # Errors
 /// If standard output cannot be written; a closed pipe is no error.
 pub fn print(text: &str) -> io::Result<()> {
+    write(&visible(text))
+}
+
+/// Prints JSON to standard output: control characters that JSON leaves as they are become escapes that JSON knows.
+///
+/// # Errors
+/// As [`print()`].
+pub fn print_json_text(text: &str) -> io::Result<()> {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() && c != '\n' {
+            // Writing to a String cannot fail.
+            let _ = write!(out, "\\u{:04x}", u32::from(c));
+        } else {
+            out.push(c);
+        }
+    }
+    write(&out)
+}
+
+fn write(text: &str) -> io::Result<()> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(visible(text).as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         // A reader that has seen enough (`| head`) is no error, and does not change what the exit code says.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => written,
@@ -25,7 +47,7 @@ pub fn print(text: &str) -> io::Result<()> {
 /// As [`print()`].
 pub fn print_json(value: &impl Serialize) -> io::Result<()> {
     let text = serde_json::to_string_pretty(value).map_err(io::Error::from)?;
-    print(&(text + "\n"))
+    print_json_text(&(text + "\n"))
 }
 
 /// Tells something on standard error; if nobody can read that either, the exit code still says it.

@@ -14,7 +14,7 @@ pub fn run(arguments: &Report) -> Result<Outcome, Failure> {
     let out = arguments.out.as_deref().or_else(|| results_folder.parent()).unwrap_or(Path::new("report"));
     let results = folder::publish(out, evaluation, Drawing::Figures)?;
     if arguments.json {
-        output::print(&folder::to_json(&results)?)?;
+        output::print_json_text(&folder::to_json(&results)?)?;
     } else {
         output::print(&format!("Report: {}\n", out.join("index.html").display()))?;
     }

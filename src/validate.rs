@@ -23,7 +23,7 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
     let results = folder::publish(&arguments.out, evaluation, drawing)?;
     output::tell_findings(&results);
     if arguments.json {
-        output::print(&folder::to_json(&results)?)?;
+        output::print_json_text(&folder::to_json(&results)?)?;
     } else {
         let index = arguments.out.join("index.html");
         output::print(&format!("{}Report: {}\n", table::render(&results), index.display()))?;

@@ -198,20 +198,23 @@ pub fn predict_at(predictor: &dyn Predictor, point: &ResponsePoint) -> Predicted
 pub fn traces(predictor: &dyn Predictor, response: &Response) -> Vec<Trace> {
     let Some(sets) = response.condition_sets(SETS_MAX) else { return vec![] };
     let full = full_pressures(&response.pressures());
+    // From the deepest vacuum to the highest pressure, zero in any case.
+    let measured: Vec<f64> = response.points.iter().map(|p| share(&p.pressures_gauge_pa, &full)).collect();
+    let deepest = measured.iter().copied().fold(0.0, f64::min);
+    let highest = measured.iter().copied().fold(0.0, f64::max);
     let points = |conditions: &[f64]| {
-        (0..=CURVE_STEPS)
-            .filter_map(|i| {
-                // Denser near zero, where bending rises like the square root of pressure.
-                let share = (f64::from(i) / f64::from(CURVE_STEPS)).powi(2);
-                let pressures: Vec<f64> = full.iter().map(|p| share * p).collect();
-                match predictor.at(&pressures, conditions) {
-                    Predicted::Value(values) => {
-                        Some(CurvePoint { share, values: values.iter().map(|v| v.si).collect() })
-                    }
-                    _ => None,
-                }
-            })
-            .collect::<Vec<_>>()
+        let at = |share: f64| {
+            let pressures: Vec<f64> = full.iter().map(|p| share * p).collect();
+            match predictor.at(&pressures, conditions) {
+                Predicted::Value(values) => Some(CurvePoint { share, values: values.iter().map(|v| v.si).collect() }),
+                _ => None,
+            }
+        };
+        // Denser near zero, where bending rises like the square root of pressure.
+        let step = |i: u32| (f64::from(i) / f64::from(CURVE_STEPS)).powi(2);
+        let vacuum = (1..=CURVE_STEPS).rev().filter(|_| deepest < 0.0).map(|i| deepest * step(i));
+        let pressure = (0..=CURVE_STEPS).map(|i| highest * step(i));
+        vacuum.chain(pressure).filter_map(at).collect::<Vec<_>>()
     };
     sets.iter().map(|set| Trace { points: points(set) }).collect()
 }

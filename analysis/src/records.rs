@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use pneuval_ingest::error::suggestion;
 use pneuval_ingest::finding::{self, median_rate_hz};
-use pneuval_ingest::manifest::{Actuator, ChannelSpec, ClockSpec, ColumnRef, Material, PublishedDataset, Specimen};
+use pneuval_ingest::manifest::{
+    Actuator, ChannelSpec, ClockSpec, ColumnRef, ImportedModel, Material, PublishedDataset, Specimen,
+};
 use pneuval_ingest::session::{Run, Session};
-use pneuval_models::catalogue::{LAWS, find_law};
+use pneuval_models::catalogue::{LAWS, find, find_law};
 use pneuval_models::materials::LoadCase;
 
 use crate::AnalysisError;
@@ -251,6 +253,15 @@ pub fn slips(actuator: &Actuator) -> Vec<String> {
         }
     }
     texts
+}
+
+/// Imported models that carry the name of a catalogue form, which they hide.
+pub fn hidden_forms(actuator: &Actuator) -> Vec<String> {
+    let hides = |m: &&ImportedModel| find(&actuator.kind, &m.quantity.id, &m.form).is_some();
+    let text = |m: &ImportedModel| {
+        format!("the imported model {} of {} hides the catalogue's form of that name: rename it", m.form, m.quantity.id)
+    };
+    actuator.imported.iter().filter(hides).map(text).collect()
 }
 
 /// The findings of a session.

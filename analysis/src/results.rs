@@ -686,7 +686,10 @@ impl Results {
         for actuator in &self.actuators {
             id(&actuator.id)?;
         }
-        for c in &self.comparisons {
+        for (i, c) in self.comparisons.iter().enumerate() {
+            if self.comparisons[..i].iter().any(|other| other.id == c.id) {
+                return Err(format!("{}: twice", c.id));
+            }
             for text in [&c.actuator, &c.dataset, &c.quantity.id, &c.form] {
                 id(text)?;
             }

@@ -129,6 +129,13 @@ fn every(input: &Input, response: &Response) -> Vec<ComparisonSpec> {
         line: 1,
     };
     let mut specs: Vec<ComparisonSpec> = entries.chain(imported).map(spec).collect();
+    // A table of the name of a catalogue form takes its place; a finding says so.
+    let mut seen = Vec::new();
+    specs.retain(|spec| {
+        let new = !seen.contains(&spec.form);
+        seen.push(spec.form.clone());
+        new
+    });
     if specs.is_empty() {
         specs.push(spec(NO_FORM));
     }

@@ -137,6 +137,7 @@ fn unused_bounds(studies: &[Study]) -> Vec<FindingRecord> {
     }
     texts.extend(studies.iter().flat_map(Study::uncompared));
     texts.extend(studies.iter().flat_map(|study| records::slips(&study.input.actuator)));
+    texts.extend(studies.iter().flat_map(|study| records::hidden_forms(&study.input.actuator)));
     notes(texts)
 }
 

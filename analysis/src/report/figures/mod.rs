@@ -185,8 +185,9 @@ impl Group<'_> {
     fn pressure_axis(&self) -> (String, f64) {
         let Some(first) = self.comparisons.first() else { return (String::new(), 1.0) };
         let chambers = first.chambers.len();
-        let full: Vec<f64> =
-            (0..chambers).map(|i| self.points().iter().map(|p| p.pressures_gauge_pa[i]).fold(0.0, f64::max)).collect();
+        let full: Vec<f64> = (0..chambers)
+            .map(|i| self.points().iter().map(|p| p.pressures_gauge_pa[i].abs()).fold(0.0, f64::max))
+            .collect();
         let unit = Dimension::Pressure.display_unit();
         if let [full] = full.as_slice() {
             // A table with nothing but the reference still has an axis.
@@ -197,9 +198,13 @@ impl Group<'_> {
         }
     }
 
-    /// Where the pressure axis starts: at zero, or at the deepest vacuum.
-    fn lowest_share(&self) -> f64 {
-        self.points().iter().map(|p| p.pressure_share).fold(0.0, f64::min)
+    /// The range of the pressure axis whose full scale is `full`: zero, the deepest vacuum and the highest pressure lie in it,
+    /// with a margin of so many hundredths beyond the highest.
+    fn pressure_range(&self, full: f64, margin: f64) -> Range<f64> {
+        let shares = || self.points().iter().map(|p| p.pressure_share);
+        let (low, high) = (shares().fold(0.0, f64::min), shares().fold(0.0, f64::max));
+        let (low, high) = if high > low { (low, high) } else { (0.0, 1.0) };
+        (low - 0.02) * full..(high + margin) * full
     }
 
     /// Whether marks would hide one another.

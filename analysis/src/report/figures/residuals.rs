@@ -58,7 +58,7 @@ impl Group<'_> {
         let (x_title, full) = self.pressure_axis();
         let position = self.is_position();
         let reach = self.residual_reach(unit);
-        let x = (self.lowest_share() - 0.02) * full..1.08 * full;
+        let x = self.pressure_range(full, 0.08);
         let mut layers = Vec::new();
         let mut legend = Vec::new();
         let bounds: Vec<f64> = self.comparisons.iter().filter_map(|c| Self::residual_bound(c, unit)).collect();

@@ -54,6 +54,8 @@ pub struct Index {
     pub rows: Vec<Row>,
     pub findings: Vec<FindingView>,
     pub losses: Vec<String>,
+    /// Titles of sessions that a program wrote.
+    pub synthetic: Vec<String>,
 }
 
 /// A finding.
@@ -179,6 +181,13 @@ pub fn index(results: &Results) -> Index {
         rows: rows_by_urgency(results),
         findings: results.findings.iter().map(finding).collect(),
         losses: results.losses(),
+        synthetic: results
+            .actuators
+            .iter()
+            .flat_map(|a| &a.datasets)
+            .filter(|d| d.session.as_ref().is_some_and(|s| s.synthetic))
+            .map(|d| d.title.clone())
+            .collect(),
     }
 }
 

@@ -305,6 +305,11 @@ impl Reader<'_> {
         } else if held != self.usual && held != layout.columns {
             self.out.tally.line(FindingKind::RaggedLine, row, line, || format!("{held} cells"));
         }
+        // Which of too many cells is the one too many, nobody knows: a decimal comma between commas shifts all that follow.
+        let shifted = record.is_ended() && held > self.usual && held != layout.columns;
+        if shifted {
+            cells.clear();
+        }
         for (column, is_text) in self.is_text.iter().enumerate() {
             let cell = cells.get(column);
             let bytes = cell.map_or(&[][..], |c| c.of(self.bytes));
@@ -331,7 +336,7 @@ impl Reader<'_> {
                 }
                 Kind::Empty => {
                     // A column that only the header knows is told once, with the header.
-                    if column < self.usual {
+                    if column < self.usual && !shifted {
                         hole(FindingKind::EmptyCell);
                     }
                     f64::NAN

@@ -118,7 +118,7 @@ fn line_sentence(kind: FindingKind, group: &Group, usual: usize) -> (Severity, S
         FindingKind::RaggedLine => {
             let lines = plural(group.count, "line does", "lines do");
             let text = format!(
-                "{lines} not hold {usual} cells {places}; missing cells are holes, cells beyond the last column are left out"
+                "{lines} not hold {usual} cells {places}; missing cells are holes, and a line with too many is one in every column"
             );
             (Severity::Excluded, text)
         }
