@@ -113,7 +113,7 @@ fn parts<'a>(logs: &'a [(String, TextLog)], guesses: &mut Vec<String>) -> Vec<Pa
             continue;
         }
         let unit = column.unit.as_deref().and_then(Unit::parse_loose).map(|(unit, _)| unit);
-        let id = unique(slug(bare(column), i + 1), &mut ids);
+        let id = unique(&slug(bare(column), i + 1), &mut ids);
         parts.push(Part { column, number: i + 1, id, unit });
     }
     parts
@@ -125,14 +125,14 @@ fn numbers_of(logs: &[(String, TextLog)], column: usize) -> impl Iterator<Item =
 }
 
 /// The id, or where it is taken, the first free of `-2`, `-3` and so on behind it, cut to fit.
-fn unique(id: String, taken: &mut BTreeSet<String>) -> String {
-    let (mut free, mut copy) = (id.clone(), 1);
+fn unique(id: &str, taken: &mut BTreeSet<String>) -> String {
+    let (mut free, mut copy) = (id.to_owned(), 1);
     while !taken.insert(free.clone()) {
         copy += 1;
         let ending = format!("-{copy}");
         let room = id.len().min(ID_LETTERS_MAX - ending.len());
         // Ids are ASCII.
-        free = format!("{}{ending}", id.get(..room).unwrap_or(&id).trim_end_matches('-'));
+        free = format!("{}{ending}", id.get(..room).unwrap_or(id).trim_end_matches('-'));
     }
     free
 }
@@ -202,7 +202,7 @@ fn take_pressure<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<String>) -> Pa
     "pressure".clone_into(&mut part.id);
     let mut taken: BTreeSet<String> = parts.iter().map(|other| other.id.clone()).chain([part.id.clone()]).collect();
     if let Some(other) = parts.iter_mut().find(|other| other.id == part.id) {
-        other.id = unique(std::mem::take(&mut other.id), &mut taken);
+        other.id = unique(&other.id, &mut taken);
     }
     part
 }
@@ -274,7 +274,7 @@ fn write_runs(out: &mut String, logs: &[(String, TextLog)], guesses: &mut Vec<St
         };
         guesses.push(format!("each text of `{}` in {file} is taken for a run", one_line(&column.name)));
         for (i, name) in names.iter().enumerate() {
-            let id = unique(slug(name, i + 1), &mut ids);
+            let id = unique(&slug(name, i + 1), &mut ids);
             let _ = writeln!(
                 out,
                 "[[run]]\nid = {}\nfile = {}\nrows = {{ column = {}, equals = {} }}  # GUESS\n",
