@@ -1,6 +1,7 @@
 //! `pneuval init`: look at the logs in a folder, and write a first description of them.
 
-use std::fs;
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -32,7 +33,8 @@ struct Told {
 pub fn run(arguments: &Init) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let session = folder.join("session.toml");
-    if session.exists() {
+    // A link that leads nowhere is there too.
+    if fs::symlink_metadata(&session).is_ok() {
         return Err(Failure::Flag {
             flag: "FOLDER",
             found: format!("{}, which is there already", session.display()),
@@ -101,13 +103,17 @@ fn logs(folder: &Path) -> Result<(Vec<Named>, Vec<String>), Failure> {
     Ok((logs, left_out))
 }
 
-/// The largest group of logs that share a layout, the first of equals; and the names of the others.
+/// The largest group of logs that share a layout, and the names of the others. Of equal groups the one with more rows: a log
+/// beside the table of a model; then the first.
 fn of_one_layout(logs: Vec<Named>) -> (Vec<Named>, Vec<String>) {
     let columns = |log: &TextLog| -> Vec<(String, Option<String>, bool)> {
         log.columns.iter().map(|c| (c.name.clone(), c.unit.clone(), c.cells.numbers().is_some())).collect()
     };
     let alike = |a: &TextLog, b: &TextLog| columns(a) == columns(b);
-    let size = |i: usize| logs.iter().filter(|(_, log)| alike(log, &logs[i].1)).count();
+    let size = |i: usize| {
+        let group = logs.iter().filter(|(_, log)| alike(log, &logs[i].1));
+        group.fold((0_usize, 0_usize), |(files, rows), (_, log)| (files + 1, rows + log.rows))
+    };
     // The first of equal size: max_by_key takes the last.
     let Some(best) = (0..logs.len()).rev().max_by_key(|&i| size(i)) else { return (vec![], vec![]) };
     let layout = columns(&logs[best].1);
@@ -135,12 +141,16 @@ fn write(folder: &Path, drafted: &Draft) -> Result<(Vec<String>, Vec<String>), F
     ];
     for (name, text) in files {
         let path = folder.join(name);
-        if path.exists() {
-            kept.push(name.to_owned());
-            continue;
+        // Created anew or not at all: through a link it would be written outside the folder.
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => kept.push(name.to_owned()),
+            opened => {
+                opened
+                    .and_then(|mut file| file.write_all(text.as_bytes()))
+                    .map_err(|source| IngestError::write(&path, source))?;
+                written.push(name.to_owned());
+            }
         }
-        fs::write(&path, text).map_err(|source| IngestError::write(&path, source))?;
-        written.push(name.to_owned());
     }
     Ok((written, kept))
 }

@@ -31,6 +31,26 @@ struct Row {
     checks: Vec<CheckRow>,
 }
 
+/// Printed equations without a form, in the same list: `unevaluable` is true there and absent elsewhere.
+#[derive(Serialize)]
+struct UnevaluableRow {
+    unevaluable: bool,
+    actuator: &'static str,
+    equations: &'static str,
+    source: &'static str,
+    why: &'static [&'static str],
+    /// Empty, so that whoever goes through the checks of all rows may do so.
+    checks: [CheckRow; 0],
+}
+
+/// A row of the list: forms first, then what cannot be evaluated.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Listed<'a> {
+    Form(&'a Row),
+    Unevaluable(UnevaluableRow),
+}
+
 #[derive(Serialize)]
 struct ParameterRow {
     name: &'static str,
@@ -82,14 +102,24 @@ pub fn run(arguments: &Models) -> Result<Outcome, Failure> {
             found: word,
         });
     }
+    let wanted = |u: &&Unevaluable| arguments.actuator.as_ref().is_none_or(|actuator| u.actuator == actuator);
+    let unevaluable = catalogue::unevaluable().iter().filter(wanted);
     if arguments.json {
-        output::print_json(&rows)?;
+        let unevaluable = unevaluable.map(UnevaluableRow::of).map(Listed::Unevaluable);
+        let listed: Vec<Listed> = rows.iter().map(Listed::Form).chain(unevaluable).collect();
+        output::print_json(&listed)?;
     } else {
-        let wanted = |u: &&Unevaluable| arguments.actuator.as_ref().is_none_or(|actuator| u.actuator == actuator);
-        let unevaluable: String = catalogue::unevaluable().iter().filter(wanted).map(reasons).collect();
+        let unevaluable: String = unevaluable.map(reasons).collect();
         output::print(&(text(&rows) + &unevaluable))?;
     }
     Ok(Outcome::Expected)
+}
+
+impl UnevaluableRow {
+    fn of(of: &Unevaluable) -> Self {
+        let Unevaluable { actuator, equations, source, why, .. } = *of;
+        Self { unevaluable: true, actuator, equations, source, why, checks: [] }
+    }
 }
 
 fn row(entry: &'static Entry) -> Row {

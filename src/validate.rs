@@ -7,7 +7,7 @@ use pneuval_analysis::compare::{self, BoundsScope, Input};
 use pneuval_analysis::folder::{self, Drawing};
 use pneuval_analysis::results::SourceFile;
 use pneuval_analysis::study::Data;
-use pneuval_datasets::{Found, FoundData};
+use pneuval_datasets::{Found, FoundData, Located};
 use pneuval_ingest::{digest, limits};
 
 use crate::cli::Validate;
@@ -16,8 +16,14 @@ use crate::{output, table};
 
 pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
     let named = arguments.bounds.as_deref().map(named_bounds).transpose()?;
-    let found = pneuval_datasets::find(&arguments.paths)?;
-    let inputs = found.into_iter().map(|f| input(f, named.as_ref())).collect::<Result<Vec<Input>, Failure>>()?;
+    let described = pneuval_datasets::describe(&arguments.paths)?;
+    // Bounds are written by people as manifests are: they are read before any log.
+    let judged = described
+        .iter()
+        .map(|described| judged(described.bounds.as_ref(), named.as_ref()))
+        .collect::<Result<Vec<Judged>, Failure>>()?;
+    let found = pneuval_datasets::load(described)?;
+    let inputs: Vec<Input> = found.into_iter().zip(judged).map(|(found, judged)| input(found, judged)).collect();
     let evaluation = compare::validate(&inputs, arguments.report_only)?;
     let drawing = if arguments.no_figures { Drawing::None } else { Drawing::Figures };
     let results = folder::publish(&arguments.out, evaluation, drawing)?;
@@ -40,21 +46,25 @@ pub fn named_bounds(path: &Path) -> Result<(Bounds, SourceFile), Failure> {
     Ok((bounds, SourceFile { path: name, sha256: digest::sha256(&bytes) }))
 }
 
-fn input(found: Found, named: Option<&(Bounds, SourceFile)>) -> Result<Input, Failure> {
-    let bounds_scope = match (named, &found.bounds) {
-        (None, Some(located)) if located.relative == "bounds.toml" => BoundsScope::Own,
-        (None, Some(located)) if located.embedded => BoundsScope::Embedded,
+/// Bounds, where they come from and what they reach.
+type Judged = (Bounds, Option<SourceFile>, BoundsScope);
+
+fn judged(located: Option<&Located>, named: Option<&(Bounds, SourceFile)>) -> Result<Judged, Failure> {
+    if let Some((bounds, source)) = named {
+        return Ok((bounds.clone(), Some(source.clone()), BoundsScope::Shared));
+    }
+    let Some(located) = located else { return Ok((Bounds::default(), None, BoundsScope::Shared)) };
+    let scope = match located {
+        located if located.relative == "bounds.toml" => BoundsScope::Own,
+        located if located.embedded => BoundsScope::Embedded,
         _ => BoundsScope::Shared,
     };
-    let (bounds, bounds_source) = match (named, &found.bounds) {
-        (Some((bounds, source)), _) => (bounds.clone(), Some(source.clone())),
-        (None, Some(located)) => {
-            let source = SourceFile { path: located.relative.clone(), sha256: digest::sha256(&located.bytes) };
-            (Bounds::read(&located.file, &located.bytes)?, Some(source))
-        }
-        (None, None) => (Bounds::default(), None),
-    };
-    Ok(Input {
+    let source = SourceFile { path: located.relative.clone(), sha256: digest::sha256(&located.bytes) };
+    Ok((Bounds::read(&located.file, &located.bytes)?, Some(source), scope))
+}
+
+fn input(found: Found, (bounds, bounds_source, bounds_scope): Judged) -> Input {
+    Input {
         file: found.file,
         data: match found.data {
             FoundData::Published(dataset) => Data::Published(dataset),
@@ -65,5 +75,5 @@ fn input(found: Found, named: Option<&(Bounds, SourceFile)>) -> Result<Input, Fa
         bounds,
         bounds_source,
         bounds_scope,
-    })
+    }
 }

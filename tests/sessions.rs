@@ -585,3 +585,141 @@ fn init_proposes_a_session_that_validate_accepts_once_the_actuator_is_filled_in(
     assert!(said.code == 2 && said.err.contains("no log of two columns"), "{}", said.err);
     assert_eq!(fs::read_dir(empty.path()).unwrap().count(), 0);
 }
+
+#[test]
+fn init_leaves_out_an_empty_column_and_takes_the_log_for_the_log() {
+    let lab = tempfile::tempdir().unwrap();
+    let folder = lab.path().join("monday");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("fea.csv"), "p,u\nkPa,mm\n0,0\n40,30\n").unwrap();
+    fs::write(folder.join("log.csv"), "p [kPa],spare [V],d [mm]\n0,,0\n10,,1\n20,,2\n30,,3\n").unwrap();
+    let said = pneuval(lab.path(), &["init", "monday", "--actuator", "my-bellows"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("Read:    log.csv\n") && said.out.contains("Not used: fea.csv"), "{}", said.out);
+    assert!(said.out.contains("spare [V] is left out"), "{}", said.out);
+    let said = pneuval(lab.path(), &["validate", "monday", "--out", "report", "--no-figures"]);
+    assert_eq!(said.code, 3, "{}", said.err);
+}
+
+#[cfg(unix)]
+#[test]
+fn init_writes_nothing_through_a_link_that_leads_nowhere() {
+    let lab = tempfile::tempdir().unwrap();
+    let folder = lab.path().join("monday");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("log.csv"), LOG).unwrap();
+    let link = |name: &str| std::os::unix::fs::symlink(lab.path().join("elsewhere.toml"), folder.join(name)).unwrap();
+    link("rig.toml");
+    let said = pneuval(lab.path(), &["init", "monday"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("Kept:    rig.toml"), "{}", said.out);
+    fs::remove_file(folder.join("session.toml")).unwrap();
+    link("session.toml");
+    let said = pneuval(lab.path(), &["init", "monday"]);
+    assert!(said.code == 2 && said.err.contains("there already"), "{}", said.err);
+    assert!(!lab.path().join("elsewhere.toml").exists());
+}
+
+/// A log in which no cell of a channel is a number.
+const UNUSABLE: &str = "pressure (kPa);stroke [mm]\n0;ERR\n10;ERR\n20;ERR\n";
+
+#[test]
+fn what_people_wrote_is_checked_before_what_instruments_wrote() {
+    let sitting = Sitting::new();
+    sitting.write("log.csv", UNUSABLE);
+    assert_eq!(sitting.validate().code, 4);
+    sitting.write("bounds.toml", "schema = 1\n[[bound]]\nactuator = 3\n");
+    let said = sitting.validate();
+    assert!(said.code == 2 && said.err.contains("bounds.toml:3"), "{}", said.err);
+    fs::remove_file(sitting.path().join("bounds.toml")).unwrap();
+
+    // A log that is missing, after one that cannot be used.
+    sitting.change("session.toml", "[[run]]\n", "[[run]]\nfile = \"log.csv\"\nid = \"a\"\n\n[[run]]\n");
+    sitting.change("session.toml", "[[run]]\nfile = \"log.csv\"\n\n", "[[run]]\nfile = \"gone.csv\"\n\n");
+    let said = sitting.validate();
+    assert!(said.code == 2 && said.err.contains("gone.csv"), "{}", said.err);
+
+    for (name, text) in [
+        ("session.toml", "schema = 1\nid = \"second\"\n"),
+        ("dataset.toml", "schema = 1\nid = "),
+        // Two sessions: this one's column is not in its log.
+        ("session.toml", &SESSION.replace("monday", "second").replace("column = \"stroke [mm]\"", "column = \"way\"")),
+    ] {
+        let sitting = Sitting::new();
+        sitting.write("log.csv", UNUSABLE);
+        fs::create_dir(sitting.path().join("later")).unwrap();
+        sitting.write("later/log.csv", LOG);
+        sitting.write(&format!("later/{name}"), text);
+        let said = sitting.validate();
+        assert!(said.code == 2 && said.err.contains(&format!("later/{name}")), "{}", said.err);
+    }
+}
+
+#[test]
+fn a_draft_that_is_filled_in_is_nearer_than_an_embedded_actuator() {
+    let sitting = Sitting::new();
+    sitting.change("session.toml", "actuator = \"my-bellows\"", "actuator = \"internal-support\"");
+    sitting.change("actuator.toml", "id = \"my-bellows\"\n", "");
+    let told = || {
+        let said = sitting.validate();
+        assert_eq!(said.code, 3, "{}", said.err);
+        let results = sitting.results();
+        let sources = results["actuators"][0]["datasets"][0]["sources"].as_array().unwrap();
+        let paths: Vec<String> = sources.iter().map(|s| s["path"].as_str().unwrap().to_owned()).collect();
+        (results["actuators"][0]["title"].as_str().unwrap().to_owned(), paths)
+    };
+    let (title, paths) = told();
+    assert_eq!((title.as_str(), paths.contains(&"actuator.toml".to_owned())), ("My bellows", true), "{paths:?}");
+    for filled in [
+        "[geometry]\nlength = { value = 100, unit = \"mm\", source = \"measured\" }\n",
+        "[material.silicone]\nlaw = \"yeoh\"\n",
+        "[chamber.air]\npressure_gauge_max = { value = 40, unit = \"kPa\", source = \"measured\" }\n",
+    ] {
+        sitting.write("actuator.toml", &format!("schema = 1\ntitle = \"Mine\"\n{filled}"));
+        let said = sitting.validate();
+        assert!(!said.err.contains("embedded"), "{}", said.err);
+        if said.code == 3 {
+            assert_eq!(sitting.results()["actuators"][0]["title"], "Mine", "{filled}");
+        }
+    }
+    // Nothing but words: the embedded one describes more.
+    sitting.write("actuator.toml", "schema = 1\ntitle = \"Mine\"\n");
+    let (title, paths) = told();
+    assert!(title != "Mine" && !paths.contains(&"actuator.toml".to_owned()), "{title} {paths:?}");
+}
+
+#[test]
+fn the_sources_name_the_rig_that_was_found_and_every_table_once() {
+    let sitting = Sitting::new();
+    let rig = "schema = 1\nid = \"bench\"\n[instrument.laser]\ninput = \"mm\"\nstd = 0.02\n";
+    sitting.change("session.toml", "id = \"stroke\"\ncolumn", "id = \"stroke\"\ninstrument = \"laser\"\ncolumn");
+    sitting.change("session.toml", "actuator = ", "rig = \"bench\"\nactuator = ");
+    let again = ACTUATOR.split_once("[[model]]").unwrap().1.replace("\"abaqus\"", "\"abaqus-again\"");
+    sitting.write("actuator.toml", &format!("{ACTUATOR}\n[[model]]{again}"));
+    fs::create_dir_all(sitting.path().join("monday")).unwrap();
+    fs::create_dir_all(sitting.path().join("rigs")).unwrap();
+    sitting.write("rigs/bench.toml", rig);
+    for name in ["session.toml", "log.csv"] {
+        fs::rename(sitting.path().join(name), sitting.path().join("monday").join(name)).unwrap();
+    }
+    let said = sitting.validate();
+    assert_eq!(said.code, 3, "{}", said.err);
+    let results = sitting.results();
+    let sources = results["actuators"][0]["datasets"][0]["sources"].as_array().unwrap();
+    let names: Vec<&str> = sources.iter().map(|s| s["path"].as_str().unwrap()).collect();
+    assert_eq!(names, ["session.toml", "../rigs/bench.toml", "log.csv", "../actuator.toml", "../fea.csv"]);
+}
+
+#[test]
+fn models_as_json_name_what_cannot_be_evaluated() {
+    let rows =
+        |arguments: &[&str]| -> Vec<Value> { serde_json::from_str(&pneuval(Path::new("."), arguments).out).unwrap() };
+    let all = rows(&["models", "--json"]);
+    let unevaluable: Vec<&Value> = all.iter().filter(|row| row["unevaluable"] == true).collect();
+    assert!(!unevaluable.is_empty() && all[0]["form"].is_string() && all[0]["unevaluable"].is_null());
+    for row in unevaluable {
+        assert!(row["actuator"].is_string() && row["equations"].is_string() && row["source"].is_string(), "{row}");
+        assert!(!row["why"].as_array().unwrap().is_empty() && row["form"].is_null(), "{row}");
+    }
+    assert!(rows(&["models", "internal-support", "--json"]).iter().all(|row| row["actuator"] == "internal-support"));
+}

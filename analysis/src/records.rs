@@ -98,12 +98,13 @@ pub fn dataset(study: &Study) -> DatasetRecord {
     record.sources.extend(files.iter().map(|f| SourceFile { path: f.name.clone(), sha256: f.sha256.clone() }));
     record.sources.push(SourceFile { path: input.actuator_path.clone(), sha256: input.actuator.sha256.clone() });
     let folder = input.actuator_path.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
-    record.sources.extend(
-        input.actuator.imported.iter().map(|model| SourceFile {
-            path: format!("{folder}{}", model.file.name),
-            sha256: model.file.sha256.clone(),
-        }),
-    );
+    for model in &input.actuator.imported {
+        let path = format!("{folder}{}", model.file.name);
+        // Several models may be columns of one table.
+        if record.sources.iter().all(|source| source.path != path) {
+            record.sources.push(SourceFile { path, sha256: model.file.sha256.clone() });
+        }
+    }
     record.sources.extend(input.bounds_source.clone());
     record
 }
@@ -137,8 +138,7 @@ fn published(dataset: &PublishedDataset) -> DatasetRecord {
 fn session_dataset(study: &Study, session: &Session) -> DatasetRecord {
     let manifest = &session.manifest;
     let mut sources = vec![SourceFile { path: "session.toml".to_owned(), sha256: manifest.sha256.clone() }];
-    sources
-        .extend(session.rig.iter().map(|rig| SourceFile { path: "rig.toml".to_owned(), sha256: rig.sha256.clone() }));
+    sources.extend(session.rig.iter().map(|rig| SourceFile { path: rig.relative.clone(), sha256: rig.sha256.clone() }));
     DatasetRecord {
         id: manifest.id.clone(),
         title: manifest.title.clone(),

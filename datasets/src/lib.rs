@@ -10,6 +10,10 @@
 //! A user's own data are a `dataset.toml` (printed tables) or a `session.toml` (raw logs) in a folder.
 //!
 //! Lookup of an actuator, a rig or of bounds: the dataset's folder, its parents, then what is embedded here; the nearest wins.
+//! An `actuator.toml` without an id describes the actuator of the data beside it once it holds anything; empty, it loses to any
+//! other.
+//!
+//! What people wrote is read and checked before any log: [`describe`], then [`load`]. [`find`] is both.
 
 use std::path::{Path, PathBuf};
 
@@ -117,6 +121,55 @@ impl FoundData {
     }
 }
 
+/// A dataset or session as it is written, with what it names; logs are not read yet.
+#[derive(Debug)]
+pub struct Described {
+    /// `dataset.toml` or `session.toml`, for messages.
+    pub file: String,
+    /// The bounds file, if any was found.
+    pub bounds: Option<Located>,
+    data: Written,
+    actuator: Actuator,
+    actuator_file: String,
+    folder: Folder,
+}
+
+/// What was written; a paper's tables are part of it.
+#[derive(Debug)]
+enum Written {
+    Published(Box<PublishedDataset>),
+    Session(Box<SessionManifest>, Option<Rig>),
+}
+
+impl Described {
+    /// Its id.
+    pub fn id(&self) -> &str {
+        match &self.data {
+            Written::Published(dataset) => &dataset.id,
+            Written::Session(manifest, _) => &manifest.id,
+        }
+    }
+
+    /// Reads the logs.
+    fn load(self) -> Result<Found, IngestError> {
+        let data = match self.data {
+            Written::Published(dataset) => FoundData::Published(dataset),
+            Written::Session(manifest, rig) => {
+                let read = |name: &str| self.folder.read_log(name);
+                let files: Vec<String> = manifest.runs.iter().map(|run| run.file.clone()).collect();
+                let session = Session::load(*manifest, rig, &read);
+                if let Err(IngestError::Unusable { .. }) = session {
+                    // A later log that is missing is the user's to mend, and comes first.
+                    files.iter().try_for_each(|file| read(file).map(|_| ()))?;
+                }
+                FoundData::Session(Box::new(session?))
+            }
+        };
+        let Self { file, bounds, actuator, actuator_file, .. } = self;
+        Ok(Found { file, data, actuator, actuator_file, bounds })
+    }
+}
+
 /// A dataset or session with its actuator and the bounds that apply to it.
 #[derive(Debug, Clone)]
 pub struct Found {
@@ -151,8 +204,33 @@ struct Place {
 /// Every dataset below the given paths, by id; without paths, the embedded papers.
 ///
 /// # Errors
-/// The first path that does not exist or holds no dataset, and the first file that cannot be read or is malformed.
+/// As for [`describe`] and [`load`].
 pub fn find(paths: &[PathBuf]) -> Result<Vec<Found>, DatasetError> {
+    load(describe(paths)?)
+}
+
+/// Reads the logs of all that was described.
+///
+/// # Errors
+/// The first log that cannot be read or does not fit its manifest. One that holds nothing usable counts only where no other error
+/// is found.
+pub fn load(described: Vec<Described>) -> Result<Vec<Found>, DatasetError> {
+    let (mut found, mut unusable) = (Vec::with_capacity(described.len()), None);
+    for described in described {
+        match described.load() {
+            Ok(item) => found.push(item),
+            Err(error @ IngestError::Unusable { .. }) => unusable = unusable.or(Some(error)),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    unusable.map_or(Ok(found), |error| Err(error.into()))
+}
+
+/// What people wrote of every dataset below the given paths, by id; without paths, the embedded papers. No log is read.
+///
+/// # Errors
+/// The first path that does not exist or holds no dataset, and the first file that cannot be read or is malformed.
+pub fn describe(paths: &[PathBuf]) -> Result<Vec<Described>, DatasetError> {
     let mut folders: Vec<Place> = Vec::new();
     if paths.is_empty() {
         let names = EMBEDDED.iter().filter_map(|(name, _)| name.strip_suffix("/dataset.toml"));
@@ -174,16 +252,16 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<Found>, DatasetError> {
             return Err(DatasetError::NoDataset { path: path.clone() });
         }
     }
-    let mut found: Vec<Found> = Vec::new();
-    for folder in &folders {
-        let item = folder.load()?;
-        if let Some(other) = found.iter().find(|f| f.data.id() == item.data.id()) {
-            let id = item.data.id().to_owned();
+    let mut found: Vec<Described> = Vec::new();
+    for folder in folders {
+        let item = folder.describe()?;
+        if let Some(other) = found.iter().find(|f| f.id() == item.id()) {
+            let id = item.id().to_owned();
             return Err(DatasetError::DuplicateId { file: item.file, other: other.file.clone(), id });
         }
         found.push(item);
     }
-    found.sort_by(|a, b| a.data.id().cmp(b.data.id()));
+    found.sort_by(|a, b| a.id().cmp(b.id()));
     Ok(found)
 }
 
@@ -230,27 +308,33 @@ fn collect(folder: &Path, depth: usize, found: &mut Vec<Place>) -> Result<(), In
 }
 
 impl Place {
-    fn load(&self) -> Result<Found, DatasetError> {
-        let folder = &self.folder;
+    fn describe(self) -> Result<Described, DatasetError> {
+        let folder = self.folder;
         let (file, bytes) = folder.read(self.manifest)?;
         let data = if self.manifest == MANIFESTS[0] {
-            FoundData::Published(Box::new(PublishedDataset::read(&file, &bytes, &|name| folder.read(name))?))
+            Written::Published(Box::new(PublishedDataset::read(&file, &bytes, &|name| folder.read(name))?))
         } else {
             let manifest = SessionManifest::read(&file, &bytes)?;
             let rig = manifest.rig.as_deref().map(|id| folder.rig(&file, id)).transpose()?;
-            FoundData::Session(Box::new(Session::load(manifest, rig, &|name| folder.read_log(name))?))
+            Written::Session(Box::new(manifest), rig)
         };
         let id = match &data {
-            FoundData::Published(dataset) => &dataset.actuator,
-            FoundData::Session(session) => &session.manifest.actuator,
+            Written::Published(dataset) => &dataset.actuator,
+            Written::Session(manifest, _) => &manifest.actuator,
         };
         let Some((actuator, actuator_file)) = folder.actuator(id)? else {
             return Err(unknown_actuator(&file, id));
         };
         let bounds_name = format!("bounds/{id}.toml");
         let bounds = folder.lookup(&["bounds.toml", &bounds_name])?;
-        Ok(Found { file, data, actuator, actuator_file, bounds })
+        Ok(Described { file, bounds, data, actuator, actuator_file, folder })
     }
+}
+
+/// Whether a first draft has been filled in with anything a model could use.
+fn is_filled_in(draft: &Actuator) -> bool {
+    let Actuator { chambers, values, materials, imported, .. } = draft;
+    !(chambers.is_empty() && values.is_empty() && materials.is_empty() && imported.is_empty())
 }
 
 impl Folder {
@@ -287,7 +371,8 @@ impl Folder {
     }
 
     /// The nearest actuator of an id: at each level `actuator.toml`, if it is of this id, or `actuators/<id>.toml`. One without an
-    /// id, which `pneuval init` writes, serves where there is no other, for the data beside it.
+    /// id, which `pneuval init` writes, is of any id for the data beside it: filled in, as the nearest; empty, where there is no
+    /// other.
     fn actuator(&self, id: &str) -> Result<Option<(Actuator, String)>, IngestError> {
         let mut draft = None;
         for located in self.candidates(&["actuator.toml", &format!("actuators/{id}.toml")])? {
@@ -296,7 +381,11 @@ impl Folder {
             let actuator = Actuator::read(&located.file, &located.bytes, id, &beside)?;
             if actuator.draft {
                 if located.relative == "actuator.toml" {
-                    draft = Some((actuator, located.relative));
+                    let found = Some((actuator, located.relative));
+                    if found.as_ref().is_some_and(|(actuator, _)| is_filled_in(actuator)) {
+                        return Ok(found);
+                    }
+                    draft = found;
                 }
             } else if actuator.id == id {
                 return Ok(Some((actuator, located.relative)));
@@ -312,7 +401,7 @@ impl Folder {
             let located = located?;
             let rig = Rig::read(&located.file, &located.bytes)?;
             if rig.id == id {
-                return Ok(rig);
+                return Ok(Rig { relative: located.relative, ..rig });
             }
             seen.push(rig.id);
         }

@@ -74,44 +74,14 @@ impl Calibration {
         };
         y.is_finite().then_some(y)
     }
-
-    /// The slope dy/dx at an input, by which an uncertainty of the input becomes one of the output.
-    pub fn slope(&self, x: f64) -> Option<f64> {
-        let slope = match self {
-            Self::Line { slope, .. } => *slope,
-            Self::Polynomial { coefficients } => {
-                let (mut sum, mut power) = (0.0, 1.0);
-                for (k, c) in coefficients.iter().enumerate().skip(1) {
-                    sum += k as f64 * c * power;
-                    power *= x;
-                }
-                sum
-            }
-            Self::Table { points } => {
-                let i = segment(points, x)?;
-                (points[i].1 - points[i - 1].1) / (points[i].0 - points[i - 1].0)
-            }
-            Self::Divider { supply, gain, .. } => {
-                if !(x > 0.0 && x < *supply) {
-                    return None;
-                }
-                -gain * supply / (x * x)
-            }
-        };
-        slope.is_finite().then_some(slope)
-    }
-}
-
-/// The segment of a table that holds `x`: the index of its upper point.
-fn segment(points: &[(f64, f64)], x: f64) -> Option<usize> {
-    let (first, last) = (points.first()?.0, points.last()?.0);
-    // A positive condition, so that NaN is refused too.
-    (x >= first && x <= last).then(|| points.partition_point(|p| p.0 < x).max(1)).filter(|i| *i < points.len())
 }
 
 /// The straight line between the two points around `x`; `None` outside.
 pub fn interpolate(points: &[(f64, f64)], x: f64) -> Option<f64> {
-    let i = segment(points, x)?;
+    let (first, last) = (points.first()?.0, points.last()?.0);
+    // A positive condition, so that NaN is refused too.
+    let inside = x >= first && x <= last;
+    let i = inside.then(|| points.partition_point(|p| p.0 < x).max(1)).filter(|i| *i < points.len())?;
     let ((x0, y0), (x1, y1)) = (points[i - 1], points[i]);
     // Exact at both ends.
     Some(if x.to_bits() == x1.to_bits() { y1 } else { y0 + (y1 - y0) * ((x - x0) / (x1 - x0)) })
@@ -166,28 +136,10 @@ mod tests {
     }
 
     #[test]
-    fn the_slope_is_the_derivative() {
-        let all = [
-            Calibration::Line { slope: -2.0, offset: 7.0 },
-            Calibration::Polynomial { coefficients: vec![1.0, -2.0, 0.5, 0.1] },
-            table(),
-            Calibration::Divider { supply: 5.0, gain: 70.74, offset: -109.3 },
-        ];
-        for calibration in all {
-            for x in [0.3, 1.7, 3.1] {
-                let h = 1e-6;
-                let difference = (calibration.apply(x + h).unwrap() - calibration.apply(x - h).unwrap()) / (2.0 * h);
-                let slope = calibration.slope(x).unwrap();
-                assert!((slope - difference).abs() < 1e-6 * slope.abs().max(1.0), "{calibration} at {x}");
-            }
-        }
-    }
-
-    #[test]
     fn the_divider_refuses_its_ends_and_beyond() {
         let flex = Calibration::Divider { supply: 5.0, gain: 70.74, offset: -109.3 };
         for volts in [0.0, 5.0, -0.1, 5.1, f64::NAN] {
-            assert_eq!((flex.apply(volts), flex.slope(volts)), (None, None), "{volts}");
+            assert_eq!(flex.apply(volts), None, "{volts}");
         }
         assert!(flex.apply(4.999).unwrap() < -109.0 && flex.apply(1e-3).unwrap() > 1e5);
     }

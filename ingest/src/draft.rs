@@ -15,6 +15,8 @@ use crate::units::{Dimension, Unit};
 const RUNS_MAX: usize = 200;
 /// Samples beyond which a log without a clock is no list of steady states.
 const STATES_MAX: usize = 20_000;
+/// Letters of an id: room is left for what a user adds.
+const ID_LETTERS_MAX: usize = 60;
 /// Names of pressures and of time, by which columns are told.
 const PRESSURES: [&str; 6] = ["p", "pressure", "press", "druck", "kpa", "bar"];
 const TIMES: [&str; 8] = ["t", "time", "timestamp", "stamp", "seconds", "elapsed", "zeit", "millis"];
@@ -61,7 +63,7 @@ impl Part<'_> {
 pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>) -> Option<Draft> {
     let (_, first) = logs.first()?;
     let mut guesses = Vec::new();
-    let mut parts = parts(first);
+    let mut parts = parts(logs, &mut guesses);
     let clock = take_clock(&mut parts, first, &mut guesses);
     if parts.len() < 2 {
         return None;
@@ -101,20 +103,38 @@ pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>) -> Op
     })
 }
 
-/// The columns of numbers.
-fn parts(log: &TextLog) -> Vec<Part<'_>> {
-    let mut ids = BTreeSet::new();
-    let numeric = log.columns.iter().enumerate().filter(|(_, column)| column.cells.numbers().is_some());
-    numeric
-        .map(|(i, column)| {
-            let unit = column.unit.as_deref().and_then(Unit::parse_loose).map(|(unit, _)| unit);
-            let mut id = slug(bare(column), i + 1);
-            while !ids.insert(id.clone()) {
-                id += "-b";
-            }
-            Part { column, number: i + 1, id, unit }
-        })
-        .collect()
+/// The columns of numbers; one without any number in all logs is told and left out.
+fn parts<'a>(logs: &'a [(String, TextLog)], guesses: &mut Vec<String>) -> Vec<Part<'a>> {
+    let (mut ids, mut parts) = (BTreeSet::new(), Vec::new());
+    let columns = logs.first().map_or(&[][..], |(_, log)| &log.columns);
+    for (i, column) in columns.iter().enumerate().filter(|(_, column)| column.cells.numbers().is_some()) {
+        if !numbers_of(logs, i).any(f64::is_finite) {
+            guesses.push(format!("{} is left out: it holds no number in any log", one_line(&column.name)));
+            continue;
+        }
+        let unit = column.unit.as_deref().and_then(Unit::parse_loose).map(|(unit, _)| unit);
+        let id = unique(&slug(bare(column), i + 1), &mut ids);
+        parts.push(Part { column, number: i + 1, id, unit });
+    }
+    parts
+}
+
+/// The cells of a column in all logs.
+fn numbers_of(logs: &[(String, TextLog)], column: usize) -> impl Iterator<Item = f64> {
+    logs.iter().filter_map(move |(_, log)| log.columns.get(column)?.cells.numbers()).flatten().copied()
+}
+
+/// The id, or where it is taken, the first free of `-2`, `-3` and so on behind it, cut to fit.
+fn unique(id: &str, taken: &mut BTreeSet<String>) -> String {
+    let (mut free, mut copy) = (id.to_owned(), 1);
+    while !taken.insert(free.clone()) {
+        copy += 1;
+        let ending = format!("-{copy}");
+        let room = id.len().min(ID_LETTERS_MAX - ending.len());
+        // Ids are ASCII.
+        free = format!("{}{ending}", id.get(..room).unwrap_or(id).trim_end_matches('-'));
+    }
+    free
 }
 
 /// The name of a column without the unit behind it: in brackets, or after `_` or `/`.
@@ -180,8 +200,9 @@ fn take_pressure<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<String>) -> Pa
         guesses.push(format!("{} is taken for the pressure: no column is named so", part.column.name));
     }
     "pressure".clone_into(&mut part.id);
-    for other in parts.iter_mut().filter(|other| other.id == "pressure") {
-        other.id += "-b";
+    let mut taken: BTreeSet<String> = parts.iter().map(|other| other.id.clone()).chain([part.id.clone()]).collect();
+    if let Some(other) = parts.iter_mut().find(|other| other.id == part.id) {
+        other.id = unique(&other.id, &mut taken);
     }
     part
 }
@@ -253,10 +274,7 @@ fn write_runs(out: &mut String, logs: &[(String, TextLog)], guesses: &mut Vec<St
         };
         guesses.push(format!("each text of `{}` in {file} is taken for a run", one_line(&column.name)));
         for (i, name) in names.iter().enumerate() {
-            let mut id = slug(name, i + 1).replace('_', "-");
-            while !ids.insert(id.clone()) {
-                id += "-b";
-            }
+            let id = unique(&slug(name, i + 1), &mut ids);
             let _ = writeln!(
                 out,
                 "[[run]]\nid = {}\nfile = {}\nrows = {{ column = {}, equals = {} }}  # GUESS\n",
@@ -314,8 +332,7 @@ fn write_responses(out: &mut String, pressure: &Part, parts: &[Part], plateaus: 
 
 /// A hundredth of the pressure's range, as two digits.
 fn tolerance(pressure: &Part, logs: &[(String, TextLog)]) -> String {
-    let columns = logs.iter().filter_map(|(_, log)| log.columns.get(pressure.number - 1)?.cells.numbers());
-    let finite = columns.flatten().copied().filter(|v| v.is_finite());
+    let finite = numbers_of(logs, pressure.number - 1).filter(|v| v.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     let tolerance = 0.01 * (high - low);
     if tolerance > 0.0 && tolerance.is_finite() { format!("{tolerance:.1e}") } else { "1".to_owned() }
@@ -350,7 +367,7 @@ fn slug(name: &str, number: usize) -> String {
     let ascii = |word: &String| word.chars().filter(char::is_ascii_alphanumeric).collect::<String>();
     let words: Vec<String> = words(name).iter().map(ascii).filter(|word| !word.is_empty()).collect();
     let mut id = words.join("-");
-    id.truncate(60);
+    id.truncate(ID_LETTERS_MAX);
     let id = id.trim_matches('-').to_owned();
     match id.as_str() {
         "" | "index" | "measured" | "none" => format!("channel-{number}"),
@@ -462,6 +479,40 @@ mod tests {
         assert_eq!(manifest.channels[0].instrument.as_deref(), Some("pressure"));
         let rig = crate::manifest::Rig::read("rig.toml", draft.rig.as_bytes()).unwrap();
         assert_eq!(rig.instruments["pressure"].input.symbol, "V");
+    }
+
+    #[test]
+    fn a_column_without_a_number_is_told_and_not_proposed() {
+        let (manifest, draft) = drafted("p [kPa],empty [mm],d [mm]\n0,,0\n1,,1\n2,NaN,2\n");
+        let ids: Vec<&str> = manifest.channels.iter().map(|c| c.id.as_str()).collect();
+        assert_eq!(ids, ["pressure", "d"]);
+        assert_eq!(manifest.responses.len(), 1);
+        assert!(draft.guesses.iter().any(|g| g == "empty [mm] is left out: it holds no number in any log"));
+        // A number in one of several logs is enough.
+        let log = |text: &str| read("log.csv", text.as_bytes(), &CsvOptions::default()).unwrap();
+        let logs =
+            [("a.csv".to_owned(), log("p,d,e\n0,0,\n1,1,\n")), ("b.csv".to_owned(), log("p,d,e\n0,0,5\n1,1,6\n"))];
+        assert!(super::draft("x", &logs, None).unwrap().session.contains("id = \"e\""));
+        assert!(super::draft("x", &[("a.csv".to_owned(), log("p,d\n0,\n1,\n"))], None).is_none());
+    }
+
+    #[test]
+    fn equal_names_and_long_names_get_ids_of_their_own() {
+        let long = "n".repeat(70);
+        let header: Vec<String> = (0..30).map(|i| format!("{long}{i}")).collect();
+        let cells = |value: usize| vec![value.to_string(); 30].join(",");
+        let (manifest, _) =
+            drafted(&format!("p,{}\n0,{}\n1,{}\n2,{}\n", header.join(","), cells(0), cells(1), cells(2)));
+        let ids: BTreeSet<&str> = manifest.channels.iter().map(|c| c.id.as_str()).collect();
+        assert_eq!(ids.len(), 31);
+        assert!(ids.contains(format!("{}-30", "n".repeat(57)).as_str()), "{ids:?}");
+        // Neither of the free ids of a pressure is one that the log has already.
+        let (manifest, _) = drafted("Druck [kPa],Pressure,Pressure 2\n0,1,2\n1,2,3\n2,3,4\n");
+        let ids: Vec<&str> = manifest.channels.iter().map(|c| c.id.as_str()).collect();
+        assert_eq!(ids, ["pressure", "pressure-3", "pressure-2"]);
+        let (manifest, _) = drafted("config,p,x\nA 1,0,0\nA 1,1,2\na-1,0,0\na-1,1,3\n");
+        let ids: Vec<&str> = manifest.runs.iter().map(|r| r.id.as_str()).collect();
+        assert_eq!(ids, ["a-1", "a-1-2"]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use pneuval_ingest::IngestError;
 use pneuval_ingest::finding::{Finding, FindingKind, Severity, clock_findings};
 use pneuval_ingest::formats::csv::{
     Cells, Comment, Comments, CsvOptions, Decimal, Encoding, Header, TextColumn, TextLog, WriteOptions, parse_number,
-    read, sniff, write,
+    read, write,
 };
 
 const AUTO: CsvOptions =
@@ -56,7 +56,7 @@ fn tab_separated_voltages_without_header() {
     assert_eq!(numbers(&log, 2), [-0.009, 0.004, 0.0]);
     assert_eq!((log.line_of(0), log.line_of(2)), (1, 3));
     assert_eq!(log.findings, []);
-    assert_eq!(log.layout.metadata_lines, 0);
+    assert!(log.metadata.is_empty());
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn metadata_before_the_table_are_kept_as_they_stand() {
                 Time (s);True Strain;True Stress (MPa);Strain;Stress (MPa)\n\
                 0.2;0.0436;0.0097;0.0446;0.0093\n0.3;0.0657;0.0193;0.06795;0.0181\n";
     let log = log(text);
-    assert_eq!(log.layout.metadata_lines, 5);
+    assert_eq!(log.metadata.len(), 5);
     assert_eq!(log.metadata[2], "Machine;Pull  12;;;");
     assert_eq!((log.layout.names_line, log.layout.data_line), (Some(6), 7));
     assert_eq!(units(&log), [Some("s"), None, Some("MPa"), None, Some("MPa")]);
@@ -121,8 +121,9 @@ fn blanks_bars_and_commas_part_columns() {
 
 #[test]
 fn the_layout_says_how_it_was_found_out() {
-    let layout = sniff("r.csv", b"# rig 3\ntime_s;p\n0,5;1\n1,0;2\n", &AUTO).unwrap();
-    assert_eq!((layout.comment, layout.metadata_lines), (Some(Comment::Hash), 1));
+    let log = log("# rig 3\ntime_s;p\n0,5;1\n1,0;2\n");
+    let layout = &log.layout;
+    assert_eq!((layout.comment, log.metadata.as_slice()), (Some(Comment::Hash), &["# rig 3".to_owned()][..]));
     let reasons = layout.reasons.join("\n");
     assert!(reasons.contains("`;` between cells and a decimal comma"), "{reasons}");
     assert!(reasons.contains("line 2 holds the names"), "{reasons}");
@@ -177,6 +178,20 @@ fn names_are_trimmed_completed_and_made_unique() {
 }
 
 #[test]
+fn a_table_is_not_looked_for_behind_a_hundred_thousand_lines_unless_they_are_skipped() {
+    let text = |lines: usize| "a\n".repeat(lines) + "t,p\n0,1\n1,2\n";
+    let read = |lines: usize, skip_lines: Option<usize>| {
+        read("r.csv", text(lines).as_bytes(), &CsvOptions { skip_lines, ..AUTO })
+    };
+    assert_eq!(read(99_000, None).unwrap().rows, 2);
+    let refused = read(100_000, None).unwrap_err().to_string();
+    assert!(refused.contains("no line of numbers in the first 100000 lines; the first line is `a`"), "{refused}");
+    let log = read(250_000, Some(250_000)).unwrap();
+    assert_eq!((log.rows, log.line_of(0), names(&log)), (2, 250_002, vec!["t", "p"]));
+    assert!(read(350_000, Some(250_000)).is_err());
+}
+
+#[test]
 fn names_in_the_comment_above_the_data() {
     let log = log("% rig 3\n% time p\n0.1 5\n0.2 6\n");
     assert_eq!((names(&log), log.metadata.as_slice()), (vec!["time", "p"], &["% rig 3".to_owned()][..]));
@@ -212,15 +227,15 @@ fn bytes_that_are_not_utf8_are_latin1_and_told() {
 fn every_line_end_is_one_line_end() {
     for end in ["\n", "\r\n", "\r", "\r\r\n"] {
         let log = log(["t,p", "1,2", "", "3,4", ""].join(end));
-        assert_eq!((log.rows, log.line_of(0), log.line_of(1), log.blank_lines), (2, 2, 4, 1), "{end:?}");
+        assert_eq!((log.rows, log.line_of(0), log.line_of(1)), (2, 2, 4), "{end:?}");
         assert_eq!(log.findings, []);
     }
 }
 
 #[test]
-fn comments_and_blank_lines_are_skipped_and_counted() {
+fn comments_and_blank_lines_are_skipped_and_comments_counted() {
     let log = log("t,p\n1,2\n# valve open\n\n3,4\n,\n// end\n5,6\n");
-    assert_eq!((log.rows, log.comment_lines, log.blank_lines), (3, 2, 2));
+    assert_eq!(log.rows, 3);
     assert_eq!([0, 1, 2].map(|row| log.line_of(row)), [2, 5, 8]);
     assert_eq!(told(&log), [(FindingKind::CommentLine, Severity::Note, 2, vec![(3, 3), (7, 7)])]);
     assert_eq!(log.findings[0].text, "2 comments among the data (line 3: `# valve open`; line 7: `// end`)");
@@ -369,7 +384,7 @@ fn names_with_blanks_between_blanks() {
 #[test]
 fn text_before_the_table_does_not_choose_the_delimiter() {
     let log = log("sensor ready\nV: 1.2\n0\t512\n10\t513\n20\t514\n");
-    assert_eq!((log.layout.delimiter, log.layout.metadata_lines, log.rows), (b'\t', 2, 3));
+    assert_eq!((log.layout.delimiter, log.metadata.len(), log.rows), (b'\t', 2, 3));
 }
 
 #[test]

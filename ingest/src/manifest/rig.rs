@@ -23,6 +23,8 @@ pub struct Rig {
     pub instruments: BTreeMap<String, Instrument>,
     /// The file as the user named it.
     pub file: String,
+    /// Its path relative to the session's folder, for provenance: whoever looked it up fills it in.
+    pub relative: String,
     /// SHA-256 of the file.
     pub sha256: String,
 }
@@ -135,6 +137,7 @@ impl Rig {
             id,
             instruments,
             file: file.to_owned(),
+            relative: String::new(),
             sha256: digest::sha256(bytes),
         })
     }
@@ -222,7 +225,13 @@ impl RawCalibration {
             Kind::Line => Ok(Calibration::Line { slope: number(&self.slope)?, offset: number(&self.offset)? }),
             Kind::Polynomial => {
                 let coefficients = self.coefficients.iter().flatten().map(|c| finite(document, c));
-                Ok(Calibration::Polynomial { coefficients: coefficients.collect::<Result<_, _>>()? })
+                let coefficients = coefficients.collect::<Result<Vec<_>, _>>()?;
+                if coefficients.len() < 2 {
+                    let expected = "at least two coefficients, the constant first";
+                    let found = if coefficients.is_empty() { "none" } else { "one: every reading would be the same" };
+                    return Err(document.malformed(all.span(), expected, found, "complete them"));
+                }
+                Ok(Calibration::Polynomial { coefficients })
             }
             Kind::Table => {
                 let points = self.points.as_ref().map(|p| p.get_ref().clone()).unwrap_or_default();
@@ -286,6 +295,18 @@ mod tests {
                 "kind = \"table\", points = [[1, 2], [1, 3]]",
                 6,
                 "rising input",
+            ),
+            (
+                "kind = \"line\", slope = 13.33756, offset = -47.48980",
+                "kind = \"polynomial\", coefficients = []",
+                6,
+                "at least two coefficients",
+            ),
+            (
+                "kind = \"line\", slope = 13.33756, offset = -47.48980",
+                "kind = \"polynomial\", coefficients = [3.5]",
+                6,
+                "one: every reading would be the same",
             ),
         ] {
             let message = error(&GOOD.replace(from, to));

@@ -1,6 +1,6 @@
 //! Delimited text as rigs write it: any delimiter, with or without header, and the damage that happens while logging.
 //!
-//! [`sniff`] finds out the layout from the bytes and says how; [`read`] takes every sample, keeps holes as NaN where no number
+//! [`read`] finds out the layout from the bytes and says how; it takes every sample, keeps holes as NaN where no number
 //! stands, and tells each such place as a [`Finding`]. What is asked for in [`CsvOptions`] is never second-guessed. Published tables,
 //! which people write, are read strictly by [`crate::table`] instead.
 //!
@@ -74,10 +74,6 @@ pub struct TextLog {
     pub findings: Vec<Finding>,
     /// Lines before the table, as they stand.
     pub metadata: Vec<String>,
-    /// Comments among the data; each is a finding too.
-    pub comment_lines: usize,
-    /// Blank lines among the data, and lines of nothing but delimiters.
-    pub blank_lines: usize,
 }
 
 impl TextLog {
@@ -143,16 +139,7 @@ impl Cells {
     }
 }
 
-/// How a log is laid out: what `options` ask for, the rest found out from the bytes.
-///
-/// # Errors
-/// [`IngestError::Unusable`] if there is no table of numbers, or not the header that was asked for.
-pub fn sniff(file: &str, bytes: &[u8], options: &CsvOptions) -> Result<Layout, IngestError> {
-    check_size(file, bytes)?;
-    sniff::sniff(file, &text::decode(bytes), options).map(|found| found.layout)
-}
-
-/// Reads a log.
+/// Reads a log: its layout is what `options` ask for, the rest is found out from the bytes.
 ///
 /// ```
 /// use pneuval_ingest::formats::csv::{CsvOptions, read};
@@ -178,9 +165,9 @@ pub fn read(file: &str, bytes: &[u8], options: &CsvOptions) -> Result<TextLog, I
     }
     let mut layout = found.layout;
     let (names, units) = names_and_units(&mut layout);
-    let metadata = metadata(&text.bytes, layout.metadata_lines);
+    let metadata = metadata(&text.bytes, found.metadata_lines);
 
-    let rows::Rows { numbers, texts, lines, mut tally, comment_lines, blank_lines, .. } = rows;
+    let rows::Rows { numbers, texts, lines, mut tally, .. } = rows;
     tell_file(file, &text, &lines, &mut tally);
     tell_head(file, &layout, found.misfit, &found.cut, &mut tally);
     let findings = tally.findings(file, &names, layout.cells_per_line);
@@ -194,7 +181,7 @@ pub fn read(file: &str, bytes: &[u8], options: &CsvOptions) -> Result<TextLog, I
             TextColumn { name, unit, cells }
         })
         .collect();
-    Ok(TextLog { layout, columns, rows: lines.rows(), lines, findings, metadata, comment_lines, blank_lines })
+    Ok(TextLog { layout, columns, rows: lines.rows(), lines, findings, metadata })
 }
 
 fn check_size(file: &str, bytes: &[u8]) -> Result<(), IngestError> {

@@ -18,8 +18,6 @@ pub(super) struct Rows {
     pub texts: Vec<Vec<String>>,
     pub lines: LineMap,
     pub tally: Tally,
-    pub comment_lines: usize,
-    pub blank_lines: usize,
     /// Per column: cells that are text less cells that are numbers.
     balance: Vec<i64>,
 }
@@ -66,8 +64,6 @@ pub(super) fn read(file: &str, bytes: &[u8], found: &Found, is_text: &[bool]) ->
             texts: vec![Vec::new(); columns],
             lines: LineMap::default(),
             tally: Tally::default(),
-            comment_lines: 0,
-            blank_lines: 0,
             balance: vec![0; columns],
         },
         pending: Vec::new(),
@@ -194,17 +190,14 @@ impl Reader<'_> {
         cells.truncate(self.held(&cells));
         let raw = &self.bytes[record.start..record.end];
         let next_row = self.out.lines.rows();
-        if blank {
-            self.out.blank_lines += 1;
-        } else if comments.mark(raw).is_some() {
-            self.out.comment_lines += 1;
+        if !blank && comments.mark(raw).is_some() {
             let raw = trim(raw);
             if self.is_header(raw) {
                 self.out.tally.line(FindingKind::RepeatedHeader, next_row, line, || quoted(raw));
             } else {
                 self.out.tally.line(FindingKind::CommentLine, next_row, line, || quoted(raw));
             }
-        } else {
+        } else if !blank {
             let facts = facts(self.bytes, &cells, layout.decimal, self.is_text);
             if self.is_sample(facts, cells.len()) {
                 self.settle()?;

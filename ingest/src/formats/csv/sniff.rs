@@ -4,7 +4,7 @@
 //! table begins at its first line of data, and what stands directly before it may be its header.
 
 use super::numbers::{self, Decimal};
-use super::text::{Cell, Encoding, Record, Text, split, to_text, trim};
+use super::text::{Cell, Encoding, Record, Text, after_line_end, line_end, line_ends, split, to_text, trim};
 use super::{CsvOptions, Header, unusable};
 use crate::IngestError;
 use crate::error::shown;
@@ -55,8 +55,6 @@ pub struct Layout {
     pub decimal: Decimal,
     /// What marked comment lines before or at the head of the table, if any did.
     pub comment: Option<Comment>,
-    /// Lines before the table.
-    pub metadata_lines: usize,
     /// Names of the columns as written.
     pub names: Option<Vec<String>>,
     /// The line of the names, from 1.
@@ -80,6 +78,8 @@ pub struct Layout {
 pub(super) struct Found {
     pub layout: Layout,
     pub comments: CommentRule,
+    /// Lines before the table.
+    pub metadata_lines: usize,
     /// Offset of the first line of data.
     pub data_at: usize,
     /// Whether a column holds text rather than numbers.
@@ -222,6 +222,11 @@ struct Line {
 /// Bytes that are looked at first; sixteen times as many if they hold no table.
 const SAMPLE_BYTES: usize = 64 << 10;
 
+/// Bytes and lines beyond which no table is looked for: every line looked at is held in memory. Lines that are skipped as asked do
+/// not count.
+const SAMPLE_BYTES_MAX: usize = 16 << 20;
+const SAMPLE_LINES_MAX: usize = 100_000;
+
 /// Tried in this order, which decides between equals. A decimal comma between commas is never tried: `1,5` would be two numbers.
 const CANDIDATES: [(u8, Decimal); 9] = [
     (b',', Decimal::Point),
@@ -237,24 +242,46 @@ const CANDIDATES: [(u8, Decimal); 9] = [
 
 pub(super) fn sniff(file: &str, text: &Text, options: &CsvOptions) -> Result<Found, IngestError> {
     let bytes: &[u8] = &text.bytes;
+    let skipped = options.skip_lines.map_or(0, |skip| after_lines(bytes, 0, skip));
+    let end = after_lines(bytes, skipped, SAMPLE_LINES_MAX).min(skipped.saturating_add(SAMPLE_BYTES_MAX));
     let mut size = SAMPLE_BYTES;
     loop {
-        let whole = size >= bytes.len();
+        size = size.min(end);
         if let Some(best) = best_candidate(file, bytes, size, options)? {
             return Found::new(file, text, options, best);
         }
-        if whole {
+        if size == end {
             let first = bytes.split(|b| matches!(b, b'\n' | b'\r')).map(trim).find(|line| !line.is_empty());
             let found = match first {
                 None => "nothing but blank lines".to_owned(),
                 Some(line) if line.contains(&0) => "zero bytes, as in a file that is not text".to_owned(),
-                Some(line) => format!("no line of numbers; the first line is {}", shown(&to_text(line))),
+                Some(line) => {
+                    let looked_at = if end < bytes.len() {
+                        let lines = line_ends(&bytes[skipped..end]);
+                        format!(" in the first {lines} lines")
+                    } else {
+                        String::new()
+                    };
+                    format!("no line of numbers{looked_at}; the first line is {}", shown(&to_text(line)))
+                }
             };
             let next = "is this the file you meant? Delimiter, decimal sign and skipped lines can be said";
             return Err(unusable(file, None, "a table of numbers", found, next));
         }
         size = size.saturating_mul(16);
     }
+}
+
+/// Where the line begins that stands `lines` lines behind `from`; the end of the text if there are not as many.
+fn after_lines(bytes: &[u8], from: usize, lines: usize) -> usize {
+    let mut at = from;
+    for _ in 0..lines {
+        if at >= bytes.len() {
+            break;
+        }
+        at = after_line_end(bytes, line_end(bytes, at));
+    }
+    at
 }
 
 struct Candidate {
@@ -495,7 +522,6 @@ impl Found {
                 delimiter,
                 decimal,
                 comment: lines[..start].iter().find_map(|l| l.comment),
-                metadata_lines: 0,
                 names: None,
                 names_line: None,
                 units: None,
@@ -506,6 +532,7 @@ impl Found {
                 reasons,
             },
             comments: CommentRule { asked: options.comments, delimiter },
+            metadata_lines: 0,
             data_at: lines[start].record.start,
             text: is_text,
             header: Vec::new(),
@@ -526,7 +553,7 @@ impl Found {
             found.names_from_comment(bytes, &lines[..start]);
         }
         let table = found.layout.names_line.or(units.map(|row| lines[row].line)).unwrap_or(found.layout.data_line);
-        found.layout.metadata_lines = table - 1;
+        found.metadata_lines = table - 1;
         if names.is_some() {
             // Told, in case it was a sample.
             let alone =

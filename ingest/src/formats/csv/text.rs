@@ -280,7 +280,7 @@ fn closing_quote(bytes: &[u8], open: usize, delimiter: u8) -> Option<usize> {
     None
 }
 
-fn line_ends(bytes: &[u8]) -> usize {
+pub(super) fn line_ends(bytes: &[u8]) -> usize {
     let (mut at, mut count) = (0, 0);
     loop {
         let end = line_end(bytes, at);
