@@ -143,7 +143,9 @@ pub struct Predict {
 
 /// List the model catalogue: equations, sources, misprints, check values.
 #[derive(Args)]
-#[command(after_help = "Examples:\n  pneuval models\n  pneuval models internal-support --json")]
+#[command(
+    after_help = "Examples:\n  pneuval models\n  pneuval models internal-support --json\n\nJSON: an array of forms; after them, with \"unevaluable\": true, the printed equations that cannot be evaluated\n(actuator, equations, source, why)."
+)]
 pub struct Models {
     /// One actuator type only
     pub actuator: Option<String>,

@@ -295,6 +295,32 @@ fn a_ragged_line_keeps_what_can_be_trusted() {
 }
 
 #[test]
+fn a_first_sample_without_a_value_is_not_the_names() {
+    for (first, kind) in [
+        ("ERR,ERR", FindingKind::NonNumericCell),
+        ("ERR,1.0", FindingKind::NonNumericCell),
+        ("NaN,NaN", FindingKind::NoValue),
+        ("nan,OVLD", FindingKind::NonNumericCell),
+    ] {
+        for header in [Header::Auto, Header::Names] {
+            let text = format!("time,p\n{first}\n0.1,1.5\n0.2,1.6\n0.3,1.7\n");
+            let log = read("r.csv", text.as_bytes(), &CsvOptions { header, ..AUTO }).unwrap();
+            assert_eq!((log.rows, names(&log)), (4, vec!["time", "p"]), "{first}, {header:?}");
+            assert!(numbers(&log, 0)[0].is_nan() && numbers(&log, 0)[1] == 0.1, "{first}");
+            assert!(told(&log).iter().any(|(k, _, _, at)| *k == kind && at[0].0 == 2), "{first}: {:?}", told(&log));
+        }
+        let log = self::log(format!("{first}\n0.1,1.5\n0.2,1.6\n"));
+        assert_eq!(log.rows, if first == "ERR,ERR" || first == "nan,OVLD" { 2 } else { 3 }, "{first}");
+    }
+    // One column may well be named so.
+    let log = log("t,error\n0,1\n1,2\n");
+    assert_eq!(names(&log), ["t", "error"]);
+    assert_eq!(names(&self::log("error\n1\n2\n")), ["error"]);
+    // Units stay units.
+    assert_eq!(self::log("t,p\ns,kPa\n-,ERR\n0,1\n1,2\n").rows, 3);
+}
+
+#[test]
 fn a_first_line_that_began_before_the_log_is_left_out() {
     let log = log("27\t149.2\n11.0\t3.426\t149.1\n22.0\t3.426\t149.1\n");
     assert_eq!((log.rows, log.line_of(0), log.metadata[0].as_str()), (2, 2, "27\t149.2"));

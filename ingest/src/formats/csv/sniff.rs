@@ -168,6 +168,13 @@ const NO_VALUE: [&str; 22] = [
     "-1.#ind",
 ];
 
+/// Words by which instruments and programs say that a value is wrong. They are text in a column of numbers, and told as such; in a
+/// first sample they must not be taken for the names of the columns.
+const WRONG_VALUE: [&str; 14] = [
+    "err", "error", "ol", "o.l", "ovl", "ovld", "overload", "overflow", "fault", "invalid", "#value!", "#div/0!",
+    "#num!", "#ref!",
+];
+
 pub(super) fn kind(cell: &[u8], decimal: Decimal) -> Kind {
     match numbers::parse(cell, decimal) {
         Some(number) if number.is_finite() => Kind::Number(number),
@@ -456,6 +463,25 @@ fn first_data(
     Some(start)
 }
 
+/// Whether a line that does not look like data is a sample all the same: every number in it is there, missing or said to be wrong.
+fn is_failed_sample(
+    bytes: &[u8],
+    line: &Line,
+    usual: usize,
+    is_text: &[bool],
+    delimiter: u8,
+    decimal: Decimal,
+) -> bool {
+    let mut cells = Vec::new();
+    split(bytes, line.record.start, delimiter, &mut cells);
+    let wrong = |cell: &[u8]| WRONG_VALUE.iter().any(|word| cell.eq_ignore_ascii_case(word.as_bytes()));
+    let fits = |(column, cell): (usize, &Cell)| {
+        let cell = cell.of(bytes);
+        is_text.get(column) == Some(&true) || kind(cell, decimal) != Kind::Text || wrong(cell)
+    };
+    line.cells == usual && cells.iter().enumerate().all(fits) && is_text.iter().any(|is_text| !is_text)
+}
+
 impl Found {
     fn new(file: &str, text: &Text, options: &CsvOptions, candidate: Candidate) -> Result<Self, IngestError> {
         let bytes: &[u8] = &text.bytes;
@@ -468,11 +494,23 @@ impl Found {
         let raw = |line: &Line| trim(&bytes[line.record.start..line.record.end]).to_vec();
 
         let skipped = |l: &Line| options.skip_lines.is_some_and(|skip| l.line <= skip);
-        let before: Vec<usize> = (0..start)
+        let mut before: Vec<usize> = (0..start)
             .rev()
             .filter(|i| !lines[*i].blank && lines[*i].comment.is_none() && !skipped(&lines[*i]))
             .collect();
         let mut start = start;
+        let failed =
+            before.iter().take_while(|i| is_failed_sample(bytes, &lines[**i], usual, &is_text, delimiter, decimal));
+        let failed = failed.count();
+        // Words such as `error` may also be names: then there are none above them.
+        let named = before.get(failed).is_some_and(|i| lines[*i].cells == usual && lines[*i].facts.numbers == 0);
+        let failed = before[..failed]
+            .iter()
+            .take_while(|i| named || lines[**i].facts.texts == 0 || lines[**i].facts.numbers > 0);
+        let failed = failed.count();
+        if let Some(first) = before.drain(..failed).next_back() {
+            start = first;
+        }
         let (mut names, mut units) = (None, None);
         match options.header {
             Header::None => {}
