@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use pneuval_analysis::bounds::Bounds;
-use pneuval_analysis::compare::{self, BoundsScope, Input};
+use pneuval_analysis::compare;
 use pneuval_analysis::folder::{self, Drawing};
 use pneuval_analysis::results::SourceFile;
-use pneuval_analysis::study::Data;
+use pneuval_analysis::study::{BoundsScope, Data, Input};
 use pneuval_datasets::{Found, FoundData, Located};
 use pneuval_ingest::{digest, limits};
 

@@ -1,12 +1,13 @@
 //! What is compared, whatever it was read from: the responses of a dataset or session and the comparisons asked of them.
 
-use pneuval_ingest::manifest::{ComparisonSpec, PublishedDataset, Statistic};
+use pneuval_ingest::manifest::{Actuator, ComparisonSpec, PublishedDataset, Statistic};
 use pneuval_ingest::session::Session;
 use pneuval_models::catalogue::{self, Entry};
 
 use crate::AnalysisError;
-use crate::compare::{Input, NO_FORM};
+use crate::bounds::Bounds;
 use crate::response::{Census, POINTS_MAX, Response};
+use crate::results::SourceFile;
 
 /// The data of an input.
 pub enum Data {
@@ -14,6 +15,38 @@ pub enum Data {
     Published(Box<PublishedDataset>),
     /// A sitting at a rig.
     Session(Box<Session>),
+}
+
+/// The form of a response that nothing predicts.
+pub const NO_FORM: &str = "none";
+
+/// A dataset or session with all that its comparisons need.
+pub struct Input {
+    /// `dataset.toml` or `session.toml` as the user named it.
+    pub file: String,
+    /// The data.
+    pub data: Data,
+    /// Its actuator.
+    pub actuator: Actuator,
+    /// The actuator file, relative to the dataset's folder.
+    pub actuator_path: String,
+    /// The bounds that apply, if any were found.
+    pub bounds: Bounds,
+    /// The bounds file, relative to the dataset's folder, with its digest.
+    pub bounds_source: Option<SourceFile>,
+    /// Whose bounds they are.
+    pub bounds_scope: BoundsScope,
+}
+
+/// Whose bounds apply to a dataset: what a row that meets no comparison means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BoundsScope {
+    /// They lie beside the dataset: such a row is a mistake.
+    Own,
+    /// They lie above it, or were named: such a row may be meant for a dataset that is not here, and is told.
+    Shared,
+    /// They are the embedded ones: such a row is for the embedded papers.
+    Embedded,
 }
 
 /// A dataset or session, ready to be compared.

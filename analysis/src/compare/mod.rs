@@ -5,12 +5,11 @@ mod predict;
 use std::collections::{BTreeMap, BTreeSet};
 
 use pneuval_ingest::error::suggestion;
-use pneuval_ingest::manifest::{Actuator, ComparisonSpec, Quantity, Statistic};
+use pneuval_ingest::manifest::{ComparisonSpec, Quantity, Statistic};
 
 use predict::{predict, unknown_form};
 
 use crate::AnalysisError;
-use crate::bounds::Bounds;
 use crate::gate::{judge_comparison, notes, strangers};
 use crate::metrics::{self, Interval, Measure, Metric};
 use crate::pairing::{Knowledge, measure_all, points};
@@ -19,43 +18,11 @@ use crate::remark::remark;
 use crate::response::{IntervalKind, Response};
 use crate::results::{
     ActuatorRecord, Comparison, ConditionRecord, FindingRecord, MetricRecord, PointStatus, QuantityRecord, Results,
-    SCHEMA_VERSION, SourceFile,
+    SCHEMA_VERSION,
 };
 use crate::series::Curve;
-use crate::study::{Data, Study};
+use crate::study::{BoundsScope, Input, NO_FORM, Study};
 use crate::verdict::{Basis, Verdict};
-
-/// The form of a response that nothing predicts.
-pub const NO_FORM: &str = "none";
-
-/// A dataset or session with all that its comparisons need.
-pub struct Input {
-    /// `dataset.toml` or `session.toml` as the user named it.
-    pub file: String,
-    /// The data.
-    pub data: Data,
-    /// Its actuator.
-    pub actuator: Actuator,
-    /// The actuator file, relative to the dataset's folder.
-    pub actuator_path: String,
-    /// The bounds that apply, if any were found.
-    pub bounds: Bounds,
-    /// The bounds file, relative to the dataset's folder, with its digest.
-    pub bounds_source: Option<SourceFile>,
-    /// Whose bounds they are.
-    pub bounds_scope: BoundsScope,
-}
-
-/// Whose bounds apply to a dataset: what a row that meets no comparison means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BoundsScope {
-    /// They lie beside the dataset: such a row is a mistake.
-    Own,
-    /// They lie above it, or were named: such a row may be meant for a dataset that is not here, and is told.
-    Shared,
-    /// They are the embedded ones: such a row is for the embedded papers.
-    Embedded,
-}
 
 /// What `validate` computes: the numbers, and the curves behind the figures.
 #[derive(Debug, Clone, PartialEq)]

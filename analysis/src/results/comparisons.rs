@@ -1,0 +1,284 @@
+//! Comparisons: their points, metrics and judgements, and what these mean for the exit code.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{ConditionRecord, QuantityRecord};
+use crate::bounds::Bound;
+use crate::metrics::{Interval, Measure, Metric};
+use crate::verdict::{Basis, Verdict, is_as_expected};
+
+/// One prediction against one measurement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Comparison {
+    /// `dataset/quantity/form`.
+    pub id: String,
+    /// Actuator id.
+    pub actuator: String,
+    /// Dataset id.
+    pub dataset: String,
+    /// What is compared.
+    pub quantity: QuantityRecord,
+    /// Form id.
+    pub form: String,
+    /// Name in legends and tables.
+    pub title: String,
+    /// `published`, `printed`, `consistent` or `reading`.
+    pub kind: String,
+    /// Paper and place of the prediction.
+    pub source: String,
+    /// Paper and place of the measurement, and how it was measured.
+    pub measured_source: String,
+    /// The equation, for computed forms.
+    pub equation: Option<String>,
+    /// What fails in print, or departs from it.
+    pub misprints: Vec<String>,
+    /// Inputs that nobody printed or measured: `assumed sheet_width`, `calibrated C10`.
+    pub rests_on: Vec<String>,
+    /// The calibration that came first.
+    pub fit: Option<FitRecord>,
+    /// Ground of the intervals.
+    pub basis: Basis,
+    /// The metrics are printed in the source, without the points behind them: nobody can compute them again.
+    pub metrics_printed: bool,
+    /// What is set beside the pressure, in the order of each point's conditions.
+    pub conditions: Vec<ConditionRecord>,
+    /// Chambers, in the order of each point's pressures.
+    pub chambers: Vec<String>,
+    /// Points with a measured value.
+    pub n_available: usize,
+    /// Points that entered the metrics.
+    pub n_used: usize,
+    /// Measured points, zero reference apart, at which the prediction has no value.
+    pub n_without_prediction: usize,
+    /// Every point of the source, used or not.
+    pub points: Vec<Point>,
+    /// Every metric.
+    pub metrics: Vec<MetricRecord>,
+    /// Every bound with its verdict.
+    pub judgements: Vec<JudgementRecord>,
+    /// The verdict of the bound that decides.
+    pub verdict: Verdict,
+    /// Whether it counts for the exit code.
+    pub counted: bool,
+    /// Why, in a sentence.
+    pub sentence: String,
+    /// What the page says about it.
+    pub remark: Option<String>,
+}
+
+/// A calibration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FitRecord {
+    /// The data it was fitted to.
+    pub fitted_on: Vec<String>,
+    /// Which points the fit did not see, in words; null: none were held out.
+    pub hold_out: Option<String>,
+    /// Fitted parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// Root mean square residual of the fit, SI units.
+    pub rmse_si: f64,
+    /// Points fitted.
+    pub n: usize,
+    /// Condition number of the scaled Jacobian.
+    pub condition_number: f64,
+}
+
+/// A fitted parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FittedParameter {
+    /// Name.
+    pub name: String,
+    /// Value in SI units.
+    pub value_si: f64,
+    /// Standard uncertainty from the residual scatter, SI units.
+    pub std_si: Option<f64>,
+    /// Unit it is shown in.
+    pub unit: String,
+}
+
+/// What became of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PointStatus {
+    /// In the metrics.
+    Used,
+    /// At zero pressure: the reference, not in the metrics.
+    ZeroReference,
+    /// No measured value is printed.
+    HoleInPrint,
+    /// Measured or predicted is not a finite number: no metric can be formed.
+    NotFinite,
+    /// The model has no value here.
+    NoPrediction,
+    /// The prediction is a printed column with a hole here.
+    PredictionNotPrinted,
+    /// The model was fitted on this point, and is judged on others.
+    InFit,
+    /// No model predicts this quantity.
+    NotCompared,
+}
+
+/// A point of a comparison.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Point {
+    /// Line of the source.
+    pub line: usize,
+    /// Runs whose repeats it is the mean of; empty for a printed point.
+    pub runs: Vec<String>,
+    /// Gauge pressure per chamber, Pa.
+    pub pressures_gauge_pa: Vec<f64>,
+    /// Share of the largest pressure in size, -1 to 1.
+    pub pressure_share: f64,
+    /// Value of each condition, SI units.
+    pub conditions_si: Vec<f64>,
+    /// Measured value per component; null where there is none or it is not finite.
+    pub measured: Option<Vec<f64>>,
+    /// Half the width of its interval, per component.
+    pub measured_half_width: Vec<f64>,
+    /// Predicted value per component; null where there is none.
+    pub predicted: Option<Vec<f64>>,
+    /// Half the width of its interval, per component; 0 for a computed value.
+    pub predicted_half_width: Vec<f64>,
+    /// Predicted - measured; of a position, the distance between the two.
+    pub residual: Option<f64>,
+    /// What became of it.
+    pub status: PointStatus,
+    /// Why it is not used.
+    pub reason: Option<String>,
+}
+
+/// A metric of a comparison.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MetricRecord {
+    /// Which.
+    pub metric: Metric,
+    /// Value, SI units or share; null where it cannot be formed.
+    pub value: Option<f64>,
+    /// Lower end of what the printed digits leave open.
+    pub lower: Option<f64>,
+    /// Upper end.
+    pub upper: Option<f64>,
+    /// Why there is no value.
+    pub undefined: Option<String>,
+    /// Where some points have no prediction: the metric over the others. Never judged.
+    pub over_predicted_points: Option<f64>,
+    /// Some point behind it is a single repeat of a session, so that its interval lacks the scatter.
+    pub single_repeat: bool,
+}
+
+impl Point {
+    /// The measured value of a plain number.
+    pub fn measured_scalar(&self) -> Option<f64> {
+        scalar(self.measured.as_deref())
+    }
+
+    /// The predicted value of a plain number.
+    pub fn predicted_scalar(&self) -> Option<f64> {
+        scalar(self.predicted.as_deref())
+    }
+}
+
+fn scalar(values: Option<&[f64]>) -> Option<f64> {
+    match values {
+        Some([one]) => Some(*one),
+        _ => None,
+    }
+}
+
+impl MetricRecord {
+    /// The record of a measure.
+    pub fn new(metric: Metric, measure: Measure) -> Self {
+        let mut record = Self {
+            metric,
+            value: None,
+            lower: None,
+            upper: None,
+            undefined: None,
+            over_predicted_points: None,
+            single_repeat: false,
+        };
+        match measure {
+            Measure::Known(Interval { value, lower, upper }) => {
+                (record.value, record.lower, record.upper) = (Some(value), Some(lower), Some(upper));
+            }
+            Measure::Shown(value) => record.value = Some(value),
+            Measure::Undefined(why) => record.undefined = Some(why.to_owned()),
+        }
+        record
+    }
+
+    /// What is known of it, for judging again.
+    pub fn measure(&self) -> Measure {
+        match (self.value, self.lower, self.upper) {
+            (Some(value), Some(lower), Some(upper)) => Measure::Known(Interval { value, lower, upper }),
+            (Some(value), ..) => Measure::Shown(value),
+            _ => Measure::Undefined("stored without a value"),
+        }
+    }
+}
+
+/// A bound and its verdict.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JudgementRecord {
+    /// The bound.
+    pub bound: Bound,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Why, in a sentence.
+    pub sentence: String,
+}
+
+impl Comparison {
+    /// A metric's record.
+    pub fn metric(&self, metric: Metric) -> Option<&MetricRecord> {
+        self.metrics.iter().find(|m| m.metric == metric)
+    }
+
+    /// The judgement that makes the comparison's standing: one that differs from the expected, else an open one, else a
+    /// failure, else the first.
+    pub fn deciding(&self) -> Option<&JudgementRecord> {
+        let rank = |j: &&JudgementRecord| match (j.verdict, is_as_expected(j.verdict, j.bound.expect)) {
+            (Verdict::Fail, false) => 0,
+            (Verdict::Pass, false) => 1,
+            (_, false) => 2,
+            (Verdict::Fail, true) => 3,
+            (_, true) => 4,
+        };
+        self.judgements.iter().min_by_key(rank)
+    }
+
+    /// What the comparison means for the exit code.
+    pub fn standing(&self) -> Standing {
+        if !self.counted {
+            return Standing::NotCounted;
+        }
+        let closed = |j: &&JudgementRecord| matches!(j.verdict, Verdict::Pass | Verdict::Fail);
+        if self.judgements.iter().filter(closed).any(|j| !is_as_expected(j.verdict, j.bound.expect)) {
+            return Standing::Unexpected;
+        }
+        if !self.judgements.is_empty() && self.judgements.iter().all(|j| is_as_expected(j.verdict, j.bound.expect)) {
+            return Standing::AsExpected;
+        }
+        Standing::Open
+    }
+}
+
+/// What a comparison means for the exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// Every verdict is the expected one.
+    AsExpected,
+    /// Some verdict is the opposite of the expected one.
+    Unexpected,
+    /// Inconclusive or unjudged.
+    Open,
+    /// Calibration, or judged by nobody on purpose.
+    NotCounted,
+}

@@ -1,0 +1,265 @@
+//! What is compared: actuators, materials, datasets, sessions and their quantities.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use pneuval_ingest::units::Unit;
+
+use crate::format;
+
+/// An actuator and the data it was compared with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ActuatorRecord {
+    /// Id.
+    pub id: String,
+    /// Type, which chooses the models.
+    pub kind: String,
+    /// Name on pages.
+    pub title: String,
+    /// What it is.
+    pub summary: String,
+    /// Dimensions and material constants.
+    pub inputs: Vec<InputRecord>,
+    /// Materials and where their laws are stable.
+    pub materials: Vec<MaterialRecord>,
+    /// Datasets, by id.
+    pub datasets: Vec<DatasetRecord>,
+}
+
+/// A dimension or material constant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InputRecord {
+    /// Name.
+    pub name: String,
+    /// Value in SI units.
+    pub value_si: f64,
+    /// Standard uncertainty in SI units, if stated.
+    pub std_si: Option<f64>,
+    /// Unit it was written in.
+    pub unit: String,
+    /// `published`, `measured`, `assumed` or `calibrated`.
+    pub origin: String,
+    /// Paper, table or equation.
+    pub place: Option<String>,
+}
+
+/// A material of an actuator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialRecord {
+    /// Its id in the actuator file.
+    pub id: String,
+    /// Its law.
+    pub law: String,
+    /// Initial shear modulus, Pa.
+    pub initial_shear_modulus_pa: f64,
+    /// Where the stress stops rising, per load case; null: not up to the stretch looked at.
+    pub unstable_from: BTreeMap<String, Option<f64>>,
+    /// The stretch looked at.
+    pub stretch_max: f64,
+}
+
+/// A dataset or session and where it comes from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetRecord {
+    /// Id.
+    pub id: String,
+    /// Title of the paper, or of the session.
+    pub title: String,
+    /// Authors, journal, year, DOI.
+    pub reference: Option<String>,
+    /// For a session: what was read and how.
+    pub session: Option<SessionRecord>,
+    /// Sentences for the page.
+    pub notes: Vec<String>,
+    /// Figures whose data are not printed.
+    pub unprinted: Vec<String>,
+    /// Results stated in the text, not compared here.
+    pub stated: Vec<StatedRecord>,
+    /// Tables shown as printed.
+    pub listings: Vec<ListingRecord>,
+    /// Every file that went in, relative to the dataset's folder.
+    pub sources: Vec<SourceFile>,
+}
+
+/// A sitting at a rig.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SessionRecord {
+    /// Written by a program, not by a rig.
+    pub synthetic: bool,
+    /// When, in the user's words.
+    pub date: Option<String>,
+    /// Who.
+    pub operator: Option<String>,
+    /// The rig.
+    pub rig: Option<String>,
+    /// What was tested, in words.
+    pub specimen: Vec<(String, String)>,
+    /// Logs.
+    pub runs: Vec<RunRecord>,
+    /// Channels and how they were calibrated.
+    pub channels: Vec<ChannelRecord>,
+    /// Samples of all runs.
+    pub samples_read: usize,
+    /// Of those, samples that the response that lost most could not use: a hole in a channel it needs, or no stamp that counts.
+    pub samples_excluded: usize,
+    /// Lines of the logs that hold no sample and should have.
+    pub lines_skipped: usize,
+    /// The share of excluded samples that the session allows.
+    pub excluded_share_max: f64,
+    /// Per response: samples read, samples with a hole in a channel needed, samples in a point.
+    pub responses: Vec<CensusRecord>,
+}
+
+impl SessionRecord {
+    /// Samples excluded and lines skipped, as a share of what there should be.
+    pub fn excluded_share(&self) -> f64 {
+        let lost = self.samples_excluded + self.lines_skipped;
+        lost as f64 / (self.samples_read + self.lines_skipped).max(1) as f64
+    }
+}
+
+/// A run of a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunRecord {
+    /// Its id.
+    pub id: String,
+    /// Its log.
+    pub file: String,
+    /// Samples.
+    pub samples: usize,
+    /// From first to last stamp, s.
+    pub span_s: Option<f64>,
+    /// Samples per second, from the median step.
+    pub rate_hz: Option<f64>,
+}
+
+/// A channel of a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelRecord {
+    /// Its id.
+    pub id: String,
+    /// The column, or what it is derived from.
+    pub source: String,
+    /// The unit it is shown in.
+    pub unit: String,
+    /// The instrument and its calibration.
+    pub instrument: Option<String>,
+    /// Standard uncertainty of one sample, SI units.
+    pub std_si: Option<f64>,
+}
+
+/// What became of the samples of a response.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CensusRecord {
+    /// The quantity.
+    pub quantity: String,
+    /// Samples read.
+    pub samples: usize,
+    /// Samples with a hole in a channel needed.
+    pub holes: usize,
+    /// Samples that lie in a point.
+    pub used: usize,
+    /// Points.
+    pub points: usize,
+}
+
+/// A result stated in a paper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StatedRecord {
+    /// What it is.
+    pub title: String,
+    /// Value in SI units.
+    pub value_si: f64,
+    /// Unit it is printed in.
+    pub unit: String,
+    /// Where it is printed.
+    pub place: Option<String>,
+}
+
+/// A table as printed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ListingRecord {
+    /// What it is.
+    pub title: String,
+    /// Where it is printed.
+    pub place: String,
+    /// Column names with units.
+    pub names: Vec<String>,
+    /// Cells.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A file that went in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SourceFile {
+    /// Path relative to the dataset's folder.
+    pub path: String,
+    /// SHA-256.
+    pub sha256: String,
+}
+
+/// What is compared.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct QuantityRecord {
+    /// Id.
+    pub id: String,
+    /// Name on pages.
+    pub title: String,
+    /// SI unit of every value below.
+    pub si_unit: String,
+    /// Unit it is shown in.
+    pub display_unit: String,
+    /// Names of the components of a position; empty for a plain number.
+    pub components: Vec<String>,
+}
+
+/// What is set beside the pressure at each point.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConditionRecord {
+    /// Id.
+    pub id: String,
+    /// Name on pages.
+    pub title: String,
+    /// Unit it is shown in.
+    pub display_unit: String,
+}
+
+impl ConditionRecord {
+    /// A value in SI units as text: `held angle 30°`.
+    pub fn text(&self, value_si: f64) -> String {
+        let value = Unit::parse(&self.display_unit).map_or_else(
+            || format::short(value_si),
+            |unit| format::with_unit(&format::short(unit.from_si(value_si)), unit),
+        );
+        format!("{} {value}", self.title)
+    }
+}
+
+impl QuantityRecord {
+    /// Whether it is a position.
+    pub fn is_position(&self) -> bool {
+        !self.components.is_empty()
+    }
+
+    /// The unit it is shown in.
+    pub fn unit(&self) -> Unit {
+        // Written by this program from a parsed unit; a hand-edited unknown one falls back to SI or a plain number.
+        let plain = || Unit { symbol: "1", dimension: pneuval_ingest::units::Dimension::Ratio, factor: 1.0 };
+        Unit::parse(&self.display_unit).or_else(|| Unit::parse(&self.si_unit)).unwrap_or_else(plain)
+    }
+}
