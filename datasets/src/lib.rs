@@ -49,6 +49,12 @@ pub enum DatasetError {
         /// The folder.
         path: PathBuf,
     },
+    /// Folders lie too deep to be searched.
+    #[error("{}: folders below this one\n  expected: at most {DEPTH_MAX} levels of folders\n  next:     name a folder further down", path.display())]
+    TooDeep {
+        /// The folder.
+        path: PathBuf,
+    },
     /// A dataset names an actuator that nobody describes.
     #[error(
         "{file}: key `actuator`\n  expected: an actuator.toml beside it, above it, or embedded\n  found:    `{actuator}`\n  next:     {next}"
@@ -244,7 +250,18 @@ pub fn describe(paths: &[PathBuf]) -> Result<Vec<Described>, DatasetError> {
             let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
             folders.push(Place { folder: Folder::Disk(parent.to_owned()), manifest });
         } else if path.is_dir() {
-            collect(path, DEPTH_MAX, &mut folders)?;
+            let mut linked = Vec::new();
+            collect(path, DEPTH_MAX, &mut folders, &mut linked)?;
+            // A link such as `latest` to a folder that is here anyway names nothing new.
+            let real = |place: &Place| match &place.folder {
+                Folder::Disk(folder) => folder.canonicalize().ok().map(|folder| (folder, place.manifest)),
+                Folder::Embedded(_) => None,
+            };
+            for place in linked {
+                if real(&place).is_none_or(|this| folders.iter().all(|known| real(known).as_ref() != Some(&this))) {
+                    folders.push(place);
+                }
+            }
         } else if !path.exists() {
             return Err(DatasetError::NotFound { path: path.clone() });
         }
@@ -287,24 +304,35 @@ fn unknown_actuator(file: &str, id: &str) -> DatasetError {
     DatasetError::UnknownActuator { file: file.to_owned(), actuator: id.to_owned(), next }
 }
 
-/// Datasets below a folder, in the order of their names; hidden folders and links are left out.
-fn collect(folder: &Path, depth: usize, found: &mut Vec<Place>) -> Result<(), IngestError> {
-    let here = MANIFESTS.into_iter().filter(|name| folder.join(name).is_file());
-    found.extend(here.map(|manifest| Place { folder: Folder::Disk(folder.to_owned()), manifest }));
-    if depth == 0 {
-        return Ok(());
-    }
-    let entries = std::fs::read_dir(folder).map_err(|source| IngestError::read(folder, source))?;
-    let mut below = Vec::new();
-    for entry in entries {
-        let entry = entry.map_err(|source| IngestError::read(folder, source))?;
+/// Datasets below a folder, in the order of their names; hidden folders are left out. A linked folder is looked into, for it may
+/// be a sitting kept elsewhere, but not below: links may lead in circles and anywhere.
+fn collect(folder: &Path, depth: usize, found: &mut Vec<Place>, linked: &mut Vec<Place>) -> Result<(), DatasetError> {
+    let places = |folder: &Path| {
+        let here = MANIFESTS.into_iter().filter(|name| folder.join(name).is_file());
+        here.map(|manifest| Place { folder: Folder::Disk(folder.to_owned()), manifest }).collect::<Vec<_>>()
+    };
+    found.extend(places(folder));
+    let failed = |source| IngestError::read(folder, source);
+    let (mut below, mut links) = (Vec::new(), Vec::new());
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
         let kind = entry.file_type().map_err(|source| IngestError::read(&entry.path(), source))?;
-        if kind.is_dir() && !entry.file_name().to_string_lossy().starts_with('.') {
+        if entry.file_name().to_string_lossy().starts_with('.') {
+            continue;
+        }
+        if kind.is_dir() {
             below.push(entry.path());
+        } else if kind.is_symlink() {
+            links.push(entry.path());
         }
     }
+    if depth == 0 && !below.is_empty() {
+        return Err(DatasetError::TooDeep { path: folder.to_owned() });
+    }
+    links.sort();
+    linked.extend(links.iter().flat_map(|path| places(path)));
     below.sort();
-    below.iter().try_for_each(|path| collect(path, depth - 1, found))
+    below.iter().try_for_each(|path| collect(path, depth - 1, found, linked))
 }
 
 impl Place {

@@ -176,3 +176,41 @@ fn paths_that_hold_nothing_are_errors() {
     let twice = find(&[published.clone(), published.join("dataset.toml")]);
     assert!(matches!(twice, Err(DatasetError::DuplicateId { .. })));
 }
+
+#[cfg(unix)]
+#[test]
+fn links_are_looked_into_but_not_followed_down_and_depth_ends_with_an_error() {
+    use std::fs;
+    use std::os::unix::fs::symlink;
+
+    let place = tempfile::tempdir().unwrap();
+    let published = Path::new(env!("CARGO_MANIFEST_DIR")).join("published");
+    let ids =
+        |path: &Path| find(&[path.to_owned()]).map(|f| f.iter().map(|f| f.data.id().to_owned()).collect::<Vec<_>>());
+    let root = place.path().join("root");
+    fs::create_dir(&root).unwrap();
+    symlink(published.join("pdms-wall"), root.join("elsewhere")).unwrap();
+    symlink(&root, root.join("circle")).unwrap();
+    symlink(place.path().join("nowhere"), root.join("dangling")).unwrap();
+    assert_eq!(ids(&root).unwrap(), ["pdms-wall"]);
+    // The link to a folder of folders is not followed down; `latest` names what is here already.
+    symlink(&published, root.join("many")).unwrap();
+    let wave = root.join("z-wave");
+    fs::create_dir(&wave).unwrap();
+    for entry in fs::read_dir(published.join("wave-finger")).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), wave.join(entry.file_name())).unwrap();
+    }
+    symlink(&wave, root.join("latest")).unwrap();
+    assert_eq!(ids(&root).unwrap(), ["pdms-wall", "wave-finger"]);
+
+    let mut deep = root.join("d");
+    for _ in 0..15 {
+        deep.push("d");
+    }
+    fs::create_dir_all(&deep).unwrap();
+    assert_eq!(ids(&root).unwrap().len(), 2);
+    fs::create_dir(deep.join("d")).unwrap();
+    let error = ids(&root).unwrap_err();
+    assert!(matches!(&error, DatasetError::TooDeep { path } if *path == deep), "{error}");
+}
