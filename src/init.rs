@@ -54,15 +54,20 @@ pub fn run(arguments: &Init) -> Result<Outcome, Failure> {
     let (chosen, others) = of_one_layout(logs);
     left_out.extend(others.iter().map(|name| format!("{name}: laid out differently, so a session of its own folder")));
     let drafted = draft::draft(&id_of(folder)?, &chosen, arguments.actuator.as_deref());
-    let Some(drafted) = drafted else {
+    let Some(mut drafted) = drafted else {
         return Err(Failure::Flag {
             flag: "FOLDER",
-            found: format!("{} with no log of two columns of numbers", folder.display()),
+            found: format!("{} with no log of two columns of numbers beside the time", folder.display()),
             expected: format!("logs ending in {}", ENDINGS.join(", ")),
             next: left_out.first().cloned().unwrap_or_else(|| "name the folder that holds the logs".to_owned()),
         });
     };
     let (written, kept) = write(folder, &drafted)?;
+    if kept.iter().any(|name| name == "rig.toml") {
+        drafted.guesses.push(
+            "rig.toml is yours: let `rig` of session.toml be its id, and `instrument` name its instruments".to_owned(),
+        );
+    }
     let told = Told {
         written,
         kept,
@@ -92,7 +97,11 @@ fn logs(folder: &Path) -> Result<(Vec<Named>, Vec<String>), Failure> {
     paths.sort();
     let (mut logs, mut left_out) = (Vec::new(), Vec::new());
     for path in paths {
-        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let Some(name) = path.file_name().and_then(|name| name.to_str()).map(str::to_owned) else {
+            left_out
+                .push(format!("{}: its name is not UTF-8, and no manifest could name it; rename it", path.display()));
+            continue;
+        };
         let read =
             limits::read(&path, limits::LOG_BYTES_MAX).and_then(|b| csv::read(&name, &b, &CsvOptions::default()));
         match read {

@@ -57,7 +57,7 @@ impl Part<'_> {
     }
 }
 
-/// Drafts the description of logs of one layout; `None` if they hold fewer than two columns of numbers.
+/// Drafts the description of logs of one layout; `None` if they hold fewer than two columns of numbers beside the time.
 ///
 /// `logs` are file names and contents, `actuator` the id if the user has said it.
 pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>) -> Option<Draft> {
