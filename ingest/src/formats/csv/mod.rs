@@ -13,6 +13,7 @@
 //! | `tally.rs` | findings while reading, and their sentences |
 //! | `write.rs` | the writer |
 
+mod cells;
 mod numbers;
 mod rows;
 mod sniff;

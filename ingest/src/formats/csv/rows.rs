@@ -1,7 +1,8 @@
 //! The pass over the lines of data: a fast path for lines that are numbers and nothing else, and a careful one for every other line.
 
+use super::cells::{Facts, Kind, facts, filled, kind};
 use super::numbers;
-use super::sniff::{Facts, Found, Kind, check_line, facts, filled, kind};
+use super::sniff::{Found, check_line};
 use super::tally::{Tally, quoted};
 use super::text::{Cell, Record, after_line_end, split, trim};
 use super::unusable;
