@@ -161,6 +161,30 @@ fn nothing_is_extrapolated() {
 }
 
 #[test]
+fn what_rounding_adds_to_the_last_pressure_of_a_table_is_still_in_the_table() {
+    let sitting = Sitting::new();
+    sitting.change("session.toml", "reference = \"gauge\"", "reference = \"absolute\"");
+    sitting.change(
+        "session.toml",
+        "file = \"log.csv\"",
+        "file = \"log.csv\"\natmosphere = { value = 90.02, unit = \"kPa\" }",
+    );
+    sitting.write("log.csv", "pressure (kPa);stroke [mm]\n90,02;0,0\n110,02;10,1\n130,02;30,5\n130,03;30,6\n");
+    sitting.validate();
+    let results = sitting.results();
+    let (end, beyond) = (&points(&results, 0)[2], &points(&results, 0)[3]);
+    // The subtraction leaves more than the 40 kPa at which the table ends.
+    assert!(end["pressures_gauge_pa"][0].as_f64().unwrap() > 40e3, "{end}");
+    assert!((end["predicted"][0].as_f64().unwrap() - 30e-3).abs() < 1e-15 && end["status"] == "used", "{end}");
+    assert!(beyond["predicted"].is_null() && beyond["status"] == "no_prediction", "{beyond}");
+    assert!(beyond["reason"].as_str().unwrap().contains("reaches from 0 kPa to 40 kPa"), "{beyond}");
+    assert_eq!(
+        (&results["comparisons"][0]["n_used"], &results["comparisons"][0]["n_without_prediction"]),
+        (&2.into(), &1.into())
+    );
+}
+
+#[test]
 fn one_repeat_decides_nothing_unless_the_bound_allows_it_and_the_instrument_says_how_sure_it_is() {
     let sitting = Sitting::new();
     sitting.bound(5.0, "");
@@ -172,6 +196,35 @@ fn one_repeat_decides_nothing_unless_the_bound_allows_it_and_the_instrument_says
     let said = sitting.validate();
     assert_eq!(said.code, 3);
     assert!(said.out.contains("declares no uncertainty"), "{}", said.out);
+}
+
+#[test]
+fn what_was_measured_once_has_no_interval_and_says_so_metric_by_metric() {
+    let sitting = Sitting::new();
+    let metric = |results: &Value, id: &str| {
+        let metrics = results["comparisons"][0]["metrics"].as_array().unwrap();
+        metrics.iter().find(|m| m["metric"] == id).unwrap().clone()
+    };
+    let open = |record: &Value| record["lower"].is_null() && record["upper"].is_null();
+    sitting.validate();
+    let results = sitting.results();
+    for id in ["bias", "rmse", "max_abs_error", "residual_at_zero"] {
+        let record = metric(&results, id);
+        assert!(record["value"].is_number() && open(&record) && record["single_repeat"] == true, "{record}");
+    }
+    // A second run that never was at zero: only the reference is a single repeat.
+    sitting.write("log2.csv", "pressure (kPa);stroke [mm]\n10;5,3\n20;10,2\n30;19,9\n40;30,7\n");
+    sitting.change("session.toml", "file = \"log.csv\"\n", "file = \"log.csv\"\n[[run]]\nfile = \"log2.csv\"\n");
+    sitting.validate();
+    let results = sitting.results();
+    let (error, at_zero) = (metric(&results, "max_abs_error"), metric(&results, "residual_at_zero"));
+    assert!(error["single_repeat"] == false && error["upper"].as_f64() > error["value"].as_f64(), "{error}");
+    assert!(at_zero["single_repeat"] == true && at_zero["value"] == 0.0 && open(&at_zero), "{at_zero}");
+    // Without a point at zero there is no residual at zero.
+    sitting.change("log.csv", "0;0,0\n", "");
+    sitting.validate();
+    let at_zero = metric(&sitting.results(), "residual_at_zero");
+    assert!(at_zero["value"].is_null() && at_zero["undefined"] == "no zero-pressure reference", "{at_zero}");
 }
 
 #[test]
@@ -470,6 +523,247 @@ fn plateaus_of_a_clocked_log_are_points_and_a_gap_is_told() {
     assert_eq!((&census["samples"], &census["points"]), (&Value::from(120), &Value::from(3)));
 }
 
+/// The session with a clock in column `t`.
+fn clocked() -> String {
+    SESSION.replacen("[[channel]]", "[clock]\ncolumn = \"t\"\nunit = \"s\"\n\n[[channel]]", 1)
+}
+
+#[test]
+fn a_sample_whose_stamp_goes_back_is_in_no_point() {
+    let sitting = Sitting::new();
+    sitting.write("session.toml", &clocked());
+    // 39 mm at 30 kPa is stamped before what stands above it; an equal stamp is only noted.
+    sitting.write(
+        "log.csv",
+        "t;pressure (kPa);stroke [mm]\n0;0;0,0\n1;10;5,2\n2;20;10,1\n1,5;30;39,0\n3;30;19,8\n3;40;30,5\n",
+    );
+    sitting.validate();
+    let results = sitting.results();
+    let measured: Vec<f64> = points(&results, 0).iter().map(|p| p["measured"][0].as_f64().unwrap() * 1e3).collect();
+    assert_eq!(measured.len(), 5, "{measured:?}");
+    assert!(measured.iter().all(|mm| *mm < 31.0), "{measured:?}");
+    assert_eq!(results["comparisons"][0]["n_used"], 4);
+    let session = &results["actuators"][0]["datasets"][0]["session"];
+    assert_eq!((&session["samples_read"], &session["samples_excluded"]), (&6.into(), &1.into()));
+    let census = &session["responses"][0];
+    assert_eq!((&census["holes"], &census["used"]), (&1.into(), &5.into()));
+    let back = findings(&results, "time-reversed")[0];
+    assert_eq!((&back["severity"], &back["count"]), (&"excluded".into(), &1.into()));
+    assert_eq!(back["spans"][0]["first_line"], 5);
+    let twice = findings(&results, "duplicate-stamp")[0];
+    assert_eq!((&twice["severity"], &twice["spans"][0]["first_line"]), (&"note".into(), &7.into()));
+}
+
+#[test]
+fn a_sample_whose_stamp_goes_back_is_in_no_mean_of_a_plateau() {
+    let sitting = Sitting::new();
+    sitting.write(
+        "session.toml",
+        &clocked().replace(
+            "method = \"laser\" }\n",
+            "method = \"laser\" }\npoints = { from = \"plateaus\", tolerance = { value = 0.2, unit = \"kPa\" }, \
+             hold = { value = 2, unit = \"s\" }, window = { value = 2, unit = \"s\" } }\n",
+        ),
+    );
+    sitting.write(
+        "log.csv",
+        "t;pressure (kPa);stroke [mm]\n0;20;10,0\n1;20;10,1\n2;20;10,2\n0,5;20;99,0\n3;40;30,0\n4;40;30,1\n5;40;30,2\n",
+    );
+    sitting.validate();
+    let results = sitting.results();
+    let measured: Vec<f64> = points(&results, 0).iter().map(|p| p["measured"][0].as_f64().unwrap() * 1e3).collect();
+    assert_eq!(measured.len(), 2, "{measured:?}");
+    assert!((measured[0] - 10.1).abs() < 1e-9 && (measured[1] - 30.1).abs() < 1e-9, "{measured:?}");
+    let census = &results["actuators"][0]["datasets"][0]["session"]["responses"][0];
+    assert_eq!((&census["samples"], &census["holes"], &census["used"]), (&7.into(), &1.into(), &6.into()));
+}
+
+#[test]
+fn rows_that_no_run_claims_are_told() {
+    let sitting = Sitting::new();
+    sitting.write(
+        "log.csv",
+        "run;pressure (kPa);stroke [mm]\nA;0;0,0\nA;20;10,1\nB;0;0,5\nB;20;11,0\nA;40;30,5\nC;40;33,0\n",
+    );
+    sitting.change(
+        "session.toml",
+        "file = \"log.csv\"",
+        "file = \"log.csv\"\nrows = { column = \"run\", equals = \"A\" }",
+    );
+    sitting.validate();
+    let results = sitting.results();
+    assert_eq!(points(&results, 0).len(), 3);
+    let told = findings(&results, "unclaimed-rows")[0];
+    assert_eq!((&told["severity"], &told["count"], &told["file"]), (&"note".into(), &3.into(), &"log.csv".into()));
+    let lines = |i: usize| (told["spans"][i]["first_line"].as_u64(), told["spans"][i]["last_line"].as_u64());
+    assert_eq!([lines(0), lines(1)], [(Some(4), Some(5)), (Some(7), Some(7))]);
+    assert!(told["text"].as_str().unwrap().contains("3 of 6 rows"), "{told}");
+}
+
+#[test]
+fn a_log_copied_under_another_name_is_no_repeat() {
+    let sitting = Sitting::new();
+    sitting.write("again.csv", LOG);
+    sitting.change("session.toml", "file = \"log.csv\"\n", "file = \"log.csv\"\n[[run]]\nfile = \"again.csv\"\n");
+    let said = sitting.validate();
+    assert_eq!(said.code, 2, "{}", said.out);
+    for word in ["session.toml:17", "`again.csv`, byte for byte `log.csv`", "next:"] {
+        assert!(said.err.contains(word), "{word}: {}", said.err);
+    }
+    assert!(!sitting.path().join("report").exists());
+}
+
+#[test]
+fn an_absolute_pressure_takes_no_other_zero_than_the_atmosphere() {
+    let sitting = Sitting::new();
+    sitting.change("session.toml", "reference = \"gauge\"", "reference = \"absolute\"");
+    sitting.change(
+        "session.toml",
+        "file = \"log.csv\"",
+        "file = \"log.csv\"\natmosphere = { value = 101, unit = \"kPa\" }\nzero = { pressure = { value = 1, unit = \"kPa\" } }",
+    );
+    let said = sitting.validate();
+    assert_eq!(said.code, 2, "{}", said.out);
+    assert!(said.err.contains("session.toml:15") && said.err.contains("no zero for `pressure`"), "{}", said.err);
+}
+
+#[test]
+fn a_unit_in_the_log_other_than_the_stated_one_is_told_and_the_users_word_counts() {
+    let sitting = Sitting::new();
+    // The channel says cm where the log says mm.
+    sitting.change("session.toml", "column = \"stroke [mm]\"", "column = \"stroke [mm]\"\nunit = \"cm\"");
+    sitting.validate();
+    let results = sitting.results();
+    let told = findings(&results, "unit-mismatch")[0];
+    assert_eq!((&told["severity"], &told["channel"]), (&"note".into(), &"stroke".into()));
+    assert!(told["text"].as_str().unwrap().contains("session.toml says cm, the log says mm; cm is taken"), "{told}");
+    assert!((points(&results, 0)[4]["measured"][0].as_f64().unwrap() - 0.305).abs() < 1e-12);
+    // The instrument puts out volts where the log says mm.
+    let sitting = Sitting::new();
+    sitting.change("session.toml", "actuator = ", "rig = \"bench\"\nactuator = ");
+    sitting.change("session.toml", "id = \"stroke\"\ncolumn", "id = \"stroke\"\ninstrument = \"laser\"\ncolumn");
+    let laser = "schema = 1\nid = \"bench\"\n[instrument.laser]\ninput = \"V\"\noutput = \"mm\"\n\
+                 calibration = { kind = \"line\", slope = 2, offset = 0 }\n";
+    sitting.write("rig.toml", laser);
+    sitting.validate();
+    let results = sitting.results();
+    let told = findings(&results, "unit-mismatch")[0]["text"].as_str().unwrap().to_owned();
+    assert!(told.contains("the instrument says V, the log says mm; V is taken"), "{told}");
+    assert!((points(&results, 0)[4]["measured"][0].as_f64().unwrap() - 61e-3).abs() < 1e-12);
+    // Millivolts are volts of another size: they are converted, and there is nothing to tell.
+    sitting.write("log.csv", &LOG.replace("[mm]", "[mV]"));
+    sitting.change("session.toml", "stroke [mm]", "stroke [mV]");
+    sitting.validate();
+    let results = sitting.results();
+    assert!(findings(&results, "unit-mismatch").is_empty());
+    assert!((points(&results, 0)[4]["measured"][0].as_f64().unwrap() - 61e-6).abs() < 1e-15);
+}
+
+#[test]
+fn a_derived_channel_is_as_sure_as_its_sources() {
+    let sitting = Sitting::new();
+    let rig = "schema = 1\nid = \"bench\"\n[instrument.near]\ninput = \"mm\"\nstd = 0.03\n[instrument.far]\ninput = \"mm\"\nstd = 0.04\n\
+               [instrument.pad]\ninput = \"kPa\"\nstd = 0.5\n[instrument.ruler]\ninput = \"mm2\"\nstd = 2\n";
+    sitting.write("rig.toml", rig);
+    sitting.write("log.csv", "p,a,b,pc,area\nkPa,mm,mm,kPa,mm2\n0,30,40,0,0\n20,33,44,40,400\n");
+    let channel = |id: &str, more: &str| format!("[[channel]]\nid = \"{id}\"\ncolumn = \"{id}\"\n{more}\n");
+    let derived = |id: &str, rule: &str, from: &str, unit: &str| {
+        format!(
+            "[[derived]]\nid = \"{id}\"\nrule = \"{rule}\"\nfrom = [{from}]\nunit = \"{unit}\"\n[[response]]\n\
+             quantity = {{ id = \"{id}\", title = \"{id}\", unit = \"{unit}\" }}\n\
+             pressure = [{{ channel = \"p\", chamber = \"air\" }}]\nmeasured = {{ channel = \"{id}\" }}\n"
+        )
+    };
+    let text = [
+        "schema = 1\nid = \"sure\"\nactuator = \"my-bellows\"\nrig = \"bench\"\n".to_owned(),
+        channel("p", "reference = \"gauge\""),
+        channel("a", "instrument = \"near\""),
+        channel("b", "instrument = \"far\""),
+        channel("pc", "instrument = \"pad\"\nreference = \"gauge\""),
+        channel("area", "instrument = \"ruler\""),
+        "[[run]]\nfile = \"log.csv\"\n".to_owned(),
+        derived("apart", "difference", "\"b\", \"a\"", "mm"),
+        derived("way", "displacement", "\"a\", \"b\"", "mm"),
+        derived("range", "transmitter-distance", "\"a\", \"b\"", "mm"),
+        derived("contact", "product", "\"pc\", \"area\"", "N"),
+    ]
+    .concat();
+    sitting.write("session.toml", &text);
+    sitting.validate();
+    let results = sitting.results();
+    let half = |i: usize| points(&results, i).last().unwrap()["measured_half_width"][0].as_f64().unwrap();
+    // Twice the standard uncertainty: 3-4-5; √2 of the less sure coordinate; 40 kPa × 2 mm² and 400 mm² × 0.5 kPa.
+    assert!((half(0) - 2.0 * 0.05e-3).abs() < 1e-15, "{}", half(0));
+    for i in [1, 2] {
+        assert!((half(i) - 2.0 * 2.0_f64.sqrt() * 0.04e-3).abs() < 1e-15, "{}", half(i));
+    }
+    assert!((half(3) - 2.0 * 0.08_f64.hypot(0.2)).abs() < 1e-12, "{}", half(3));
+    // One source that declares nothing leaves all that comes from it without an interval.
+    sitting.write("rig.toml", &rig.replace("std = 0.03\n", ""));
+    sitting.validate();
+    let results = sitting.results();
+    for i in 0..3 {
+        assert_eq!(points(&results, i).last().unwrap()["measured_half_width"][0], 0.0);
+    }
+    assert!(points(&results, 3).last().unwrap()["measured_half_width"][0].as_f64() > Some(0.0));
+}
+
+/// An actuator of constant curvature whose angle is fitted, and a log with every pressure twice, nearly.
+fn bender(hold_out: &str) -> Sitting {
+    let sitting = Sitting::new();
+    sitting.write(
+        "actuator.toml",
+        "schema = 1\nid = \"bender\"\ntype = \"constant-curvature\"\ntitle = \"Bender\"\nsummary = \"Bends.\"\n[chamber.chamber]\n\
+         pressure_gauge_max = { value = 40, unit = \"kPa\", source = \"measured\" }\n[geometry]\n\
+         angle_per_pressure = { value = 0.02, unit = \"rad/kPa\", source = \"assumed\", place = \"start of the fit\" }\n",
+    );
+    // 0.01 rad/kPa, but for the two near 20 kPa, which stand 0.1 rad above.
+    sitting.write(
+        "log.csv",
+        "p,angle\nkPa,rad\n0,0\n10,0.1\n20,0.3\n30,0.3\n40,0.4\n10.1,0.101\n20.1,0.301\n30.1,0.301\n40.1,0.401\n",
+    );
+    sitting.write(
+        "session.toml",
+        &format!(
+            "schema = 1\nid = \"bend\"\nactuator = \"bender\"\n[[channel]]\nid = \"p\"\ncolumn = \"p\"\nreference = \"gauge\"\n\
+             [[channel]]\nid = \"angle\"\ncolumn = \"angle\"\n[[run]]\nfile = \"log.csv\"\n[[response]]\n\
+             quantity = {{ id = \"bending-angle\", title = \"Angle\", unit = \"rad\" }}\n\
+             pressure = [{{ channel = \"p\", chamber = \"chamber\" }}]\nmeasured = {{ channel = \"angle\" }}\n\
+             points = {{ from = \"samples\", same_within = {{ value = 0.2, unit = \"kPa\" }} }}\n[[comparison]]\n\
+             quantity = \"bending-angle\"\nform = \"linear-angle\"\n\
+             fit = {{ to = \"measured\", parameters = [\"angle_per_pressure\"], hold_out = \"{hold_out}\" }}\n"
+        ),
+    );
+    let said = sitting.validate();
+    assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+    sitting
+}
+
+#[test]
+fn pressures_that_are_nearly_equal_are_held_out_together() {
+    let kilopascals = |point: &Value| point["pressures_gauge_pa"][0].as_f64().unwrap() / 1e3;
+    // Numbers 1 and 3 are 10 and 30 kPa, whichever of the two readings it is.
+    let results = bender("odd-pressures").results();
+    assert_eq!(points(&results, 0).len(), 9);
+    for point in points(&results, 0) {
+        let expected = match kilopascals(point) {
+            p if p < 1.0 => "zero_reference",
+            p if [10.0, 30.0].iter().any(|odd| (p - odd).abs() < 1.0) => "used",
+            _ => "in_fit",
+        };
+        assert_eq!(point["status"], expected, "{point}");
+    }
+    // With both readings near 20 kPa left out the others lie on a line, and it is that line.
+    let results = bender("one-pressure").results();
+    let mut seen = 0;
+    for point in points(&results, 0).iter().filter(|p| (kilopascals(p) - 20.0).abs() < 1.0) {
+        let predicted = point["predicted"][0].as_f64().unwrap();
+        assert!((predicted - 0.01 * kilopascals(point)).abs() < 1e-9, "{point}");
+        seen += 1;
+    }
+    assert_eq!(seen, 2);
+}
+
 #[test]
 fn mistakes_in_a_session_are_told_by_file_line_and_next_step() {
     for (file, from, to, place, word) in [
@@ -506,6 +800,20 @@ fn mistakes_in_a_session_are_told_by_file_line_and_next_step() {
         ),
         ("session.toml", "file = \"log.csv\"", "file = \"../log.csv\"", "session.toml:15", "inside this folder"),
         ("session.toml", "file = \"log.csv\"", "file = \"log9.csv\"", "log9.csv", "cannot be read"),
+        (
+            "session.toml",
+            "file = \"log.csv\"\n",
+            "file = \"log.csv\"\n[[run]]\nfile = \"gone.csv\"\n",
+            "gone.csv",
+            "cannot be read",
+        ),
+        (
+            "session.toml",
+            "file = \"log.csv\"\n",
+            "id = \"a\"\nfile = \"log.csv\"\n[[run]]\nid = \"b\"\nfile = \"log.csv\"\nrows = { column = 1, equals = \"20\" }\n",
+            "session.toml:19",
+            "line 4 in run a too",
+        ),
         ("session.toml", "channel = \"stroke\"", "channel = \"stroek\"", "session.toml:20", "did you mean `stroke`?"),
         ("session.toml", "chamber = \"air\"", "chambre = \"air\"", "session.toml:19", "did you mean `chamber`?"),
         ("session.toml", "[[run]]\nfile = \"log.csv\"\n", "", "session.toml:2", "at least one [[run]]"),
@@ -529,6 +837,13 @@ fn mistakes_in_a_session_are_told_by_file_line_and_next_step() {
             "method = \"laser\" }\n[[comparison]]\nquantity = \"stroke\"\nform = \"ansys\"",
             "session.toml:23",
             "use one of: abaqus",
+        ),
+        (
+            "session.toml",
+            "method = \"laser\" }",
+            "method = \"laser\" }\npoints = { from = \"plateaus\", same_within = { value = 1, unit = \"kPa\" }, tolerance = { value = 1, unit = \"kPa\" }, hold = { value = 1, unit = \"s\" }, window = { value = 1, unit = \"s\" } }\n[clock]\nrate = { value = 1, unit = \"Hz\" }",
+            "session.toml:21",
+            "no `same_within` beside from = \"plateaus\"",
         ),
         ("actuator.toml", "chamber = \"air\"", "chamber = \"water\"", "session.toml", "chamber water"),
         ("fea.csv", "20,10.0", "x,10.0", "fea.csv:4: column `p`", "a number"),

@@ -223,7 +223,7 @@ pub enum PointRule {
     },
     /// Every stretch of steady pressure is a point: the mean over its end.
     Plateaus {
-        /// How far the pressure may be from the stretch's mean, in Pa.
+        /// How far the pressure may be from the middle of the stretch's range, in Pa.
         tolerance_pa: f64,
         /// How long a stretch must last, in s.
         hold_s: f64,

@@ -217,7 +217,7 @@ struct RawCondition {
     title: Option<String>,
 }
 
-/// `{ from = "samples" }`, or `{ from = "plateaus", tolerance, hold, window }`.
+/// `{ from = "samples", same_within }`, or `{ from = "plateaus", tolerance, hold, window }`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawPoints {
@@ -505,6 +505,12 @@ impl RawPoints {
                 Err(document.malformed(self.from.span(), "nothing beside from = \"samples\"", found, next))
             }
             (PointSource::Plateaus, Some(tolerance), Some(hold), Some(window)) => {
+                // Asked for and not heeded would be worse than refused: plateaus meet within their tolerance.
+                if let Some(same) = &self.same_within {
+                    let expected = "no `same_within` beside from = \"plateaus\"";
+                    let next = "remove it: plateaus within `tolerance` of each other are repeats";
+                    return Err(document.malformed(same.value.span(), expected, "one", next));
+                }
                 if !clock {
                     let next = "add [clock] with `column` and `unit`, or with `rate`";
                     return Err(document.malformed(self.from.span(), "a clock, to find plateaus by", "none", next));
