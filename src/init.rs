@@ -53,7 +53,12 @@ pub fn run(arguments: &Init) -> Result<Outcome, Failure> {
     let (logs, mut left_out) = logs(folder)?;
     let (chosen, others) = of_one_layout(logs);
     left_out.extend(others.iter().map(|name| format!("{name}: laid out differently, so a session of its own folder")));
-    let drafted = draft::draft(&id_of(folder)?, &chosen, arguments.actuator.as_deref());
+    let actuator = arguments.actuator.as_deref();
+    // One that nobody describes yet gets a draft; one that is malformed is told by `validate`.
+    let described = actuator.and_then(|id| pneuval_datasets::find_actuator(id, folder).ok());
+    let chambers: Vec<&String> = described.iter().flat_map(|actuator| actuator.chambers.keys()).collect();
+    let chamber = if let [only] = chambers[..] { Some(only.as_str()) } else { None };
+    let drafted = draft::draft(&id_of(folder)?, &chosen, actuator, chamber);
     let Some(mut drafted) = drafted else {
         return Err(Failure::Flag {
             flag: "FOLDER",

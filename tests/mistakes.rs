@@ -334,6 +334,13 @@ fn mistakes_in_an_imported_model() {
     ] {
         told(&imported(), file, from, to, &words);
     }
+    told(
+        &imported(),
+        "fem.csv",
+        "kPa,mm,mm\n",
+        "",
+        &["fem.csv:2: column `p`", "a unit", "`0`", "write the units in a line"],
+    );
     // A table of angles does not predict a length.
     let lab = imported();
     lab.change("fem.csv", "kPa,mm,mm", "kPa,deg,deg");

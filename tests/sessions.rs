@@ -1038,3 +1038,19 @@ fn models_as_json_name_what_cannot_be_evaluated() {
     }
     assert!(rows(&["models", "internal-support", "--json"]).iter().all(|row| row["actuator"] == "internal-support"));
 }
+
+#[test]
+fn init_takes_the_chamber_of_the_actuator_above() {
+    let lab = tempfile::tempdir().unwrap();
+    let chamber = "[chamber.air]\npressure_gauge_max = { value = 30, unit = \"kPa\", source = \"measured\" }\n";
+    let head = "schema = 1\nid = \"balloon\"\ntype = \"balloon\"\ntitle = \"Balloon\"\nsummary = \"A balloon.\"\n\n";
+    fs::write(lab.path().join("actuator.toml"), format!("{head}{chamber}")).unwrap();
+    let folder = lab.path().join("monday");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("log.csv"), "p,d\nkPa,mm\n0,20\n10,24\n20,29\n").unwrap();
+    let said = pneuval(lab.path(), &["init", "monday", "--actuator", "balloon"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let written = fs::read_to_string(folder.join("session.toml")).unwrap();
+    assert!(written.contains("pressure = [{ channel = \"pressure\", chamber = \"air\" }]"), "{written}");
+    assert_eq!(pneuval(lab.path(), &["validate", "monday", "--out", "report"]).code, 3);
+}

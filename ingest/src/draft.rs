@@ -59,8 +59,8 @@ impl Part<'_> {
 
 /// Drafts the description of logs of one layout; `None` if they hold fewer than two columns of numbers beside the time.
 ///
-/// `logs` are file names and contents, `actuator` the id if the user has said it.
-pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>) -> Option<Draft> {
+/// `logs` are file names and contents, `actuator` the id if the user has said it, `chamber` its chamber if that is known.
+pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>, chamber: Option<&str>) -> Option<Draft> {
     let (_, first) = logs.first()?;
     let mut guesses = Vec::new();
     let mut parts = parts(logs, &mut guesses);
@@ -92,7 +92,14 @@ pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>) -> Op
     write_clock(&mut out, clock.as_ref(), samples, &mut guesses);
     write_channels(&mut out, &pressure, &parts, &mut guesses);
     write_runs(&mut out, logs, &mut guesses);
-    write_responses(&mut out, &pressure, &parts, clock.is_some() || samples > STATES_MAX, logs);
+    write_responses(
+        &mut out,
+        &pressure,
+        &parts,
+        clock.is_some() || samples > STATES_MAX,
+        logs,
+        chamber.unwrap_or("chamber"),
+    );
     out += COMPARISONS;
     Some(Draft {
         session: out,
@@ -304,16 +311,24 @@ fn run_names(column: &TextColumn) -> Option<Vec<&str>> {
     enough.then_some(names)
 }
 
-fn write_responses(out: &mut String, pressure: &Part, parts: &[Part], plateaus: bool, logs: &[(String, TextLog)]) {
+fn write_responses(
+    out: &mut String,
+    pressure: &Part,
+    parts: &[Part],
+    plateaus: bool,
+    logs: &[(String, TextLog)],
+    chamber: &str,
+) {
     *out += "# What is measured against pressure. Keep what has a model, or what you want to see.\n";
     for part in parts {
         let unit = part.unit.map_or("1", |unit| unit.symbol);
         let _ = writeln!(
             out,
-            "[[response]]\nquantity = {{ id = {}, title = {}, unit = {} }}\npressure = [{{ channel = \"pressure\", chamber = \"chamber\" }}]\nmeasured = {{ channel = {}, method = \"\" }}",
+            "[[response]]\nquantity = {{ id = {}, title = {}, unit = {} }}\npressure = [{{ channel = \"pressure\", chamber = {} }}]\nmeasured = {{ channel = {}, method = \"\" }}",
             quoted(&part.id.replace('_', "-")),
             quoted(&titled(bare(part.column))),
             quoted(unit),
+            quoted(chamber),
             quoted(&part.id)
         );
         if plateaus {
@@ -435,7 +450,7 @@ mod tests {
 
     fn drafted(text: &str) -> (SessionManifest, Draft) {
         let log = read("log.csv", text.as_bytes(), &CsvOptions::default()).unwrap();
-        let draft = draft("monday", &[("log.csv".to_owned(), log)], Some("finger")).unwrap();
+        let draft = draft("monday", &[("log.csv".to_owned(), log)], Some("finger"), None).unwrap();
         let manifest = SessionManifest::read("session.toml", draft.session.as_bytes());
         (manifest.unwrap_or_else(|error| panic!("{error}\n{}", draft.session)), draft)
     }
@@ -492,8 +507,8 @@ mod tests {
         let log = |text: &str| read("log.csv", text.as_bytes(), &CsvOptions::default()).unwrap();
         let logs =
             [("a.csv".to_owned(), log("p,d,e\n0,0,\n1,1,\n")), ("b.csv".to_owned(), log("p,d,e\n0,0,5\n1,1,6\n"))];
-        assert!(super::draft("x", &logs, None).unwrap().session.contains("id = \"e\""));
-        assert!(super::draft("x", &[("a.csv".to_owned(), log("p,d\n0,\n1,\n"))], None).is_none());
+        assert!(super::draft("x", &logs, None, None).unwrap().session.contains("id = \"e\""));
+        assert!(super::draft("x", &[("a.csv".to_owned(), log("p,d\n0,\n1,\n"))], None, None).is_none());
     }
 
     #[test]
@@ -525,6 +540,6 @@ mod tests {
             crate::manifest::Actuator::read("actuator.toml", draft.actuator.as_bytes(), "finger", &nothing).unwrap();
         assert!(actuator.draft && actuator.id == "finger");
         let log = read("log.csv", b"d\n1\n2\n", &CsvOptions::default()).unwrap();
-        assert!(super::draft("x", &[("log.csv".to_owned(), log)], None).is_none());
+        assert!(super::draft("x", &[("log.csv".to_owned(), log)], None, None).is_none());
     }
 }

@@ -172,6 +172,10 @@ impl Table {
         let symbol = &self.units[index];
         let place = || Place::new(&self.file, Some(self.units_line), Some(format!("column `{name}`")));
         let Some(unit) = Unit::parse(symbol) else {
+            if symbol.parse::<f64>().is_ok() {
+                let next = "write the units in a line of their own below the names, such as `kPa,mm`";
+                return Err(malformed(place(), "a unit", shown(symbol), next));
+            }
             return Err(malformed(place(), "a known unit", shown(symbol), &Unit::suggestion(symbol)));
         };
         if unit.dimension != dimension {
