@@ -311,6 +311,7 @@ fn legend_text(comparison: &Comparison, no_prediction: bool) -> String {
     match (no_prediction, comparison.n_without_prediction) {
         (true, _) => format!("{}: no prediction", comparison.title),
         (false, 0) => comparison.title.clone(),
+        (false, 1) => format!("{}: no prediction at 1 point", comparison.title),
         (false, missing) => format!("{}: no prediction at {missing} points", comparison.title),
     }
 }
