@@ -7,8 +7,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::finding::median_step;
-use crate::formats::csv::{Cells, TextColumn, TextLog};
+use crate::formats::csv::TextLog;
 use crate::manifest::TO_FILL_IN;
+use crate::recording::{Cells, Column};
 use crate::units::{Dimension, Unit};
 
 /// Values of a text column that may name runs: fewer is one run, more is something else.
@@ -38,7 +39,7 @@ pub struct Draft {
 
 /// A column with the part it seems to play.
 struct Part<'a> {
-    column: &'a TextColumn,
+    column: &'a Column,
     /// From 1.
     number: usize,
     /// A channel's id.
@@ -145,7 +146,7 @@ fn unique(id: &str, taken: &mut BTreeSet<String>) -> String {
 }
 
 /// The name of a column without the unit behind it: in brackets, or after `_` or `/`.
-fn bare(column: &TextColumn) -> &str {
+fn bare(column: &Column) -> &str {
     let name = column.name.trim();
     let cut = |open: char| name.rsplit_once(open).map(|(head, _)| head.trim());
     let head = match (&column.unit, name.chars().last()) {
@@ -295,7 +296,7 @@ fn write_runs(out: &mut String, logs: &[(String, TextLog)], guesses: &mut Vec<St
 }
 
 /// The texts of a column that seem to name runs, in the order of the log.
-fn run_names(column: &TextColumn) -> Option<Vec<&str>> {
+fn run_names(column: &Column) -> Option<Vec<&str>> {
     let Cells::Text(cells) = &column.cells else { return None };
     let mut names: Vec<&str> = Vec::new();
     let mut seen = BTreeSet::new();

@@ -8,7 +8,10 @@
 //! | [`number`] | a printed number with the interval its last digit leaves open |
 //! | [`document`] | TOML with file, line and key in every error |
 //! | [`table`] | CSV tables with a name row and a unit row |
+//! | [`raw`] | a raw file, read from front to back |
 //! | [`formats`] | raw logs as instruments write them |
+//! | [`recording`] | what a raw file holds: tables of columns |
+//! | [`watch`] | what can be said of a column without keeping it |
 //! | [`finding`] | what is odd about recorded data; gaps and steps back in time |
 //! | [`manifest`] | the files a user writes: actuators, published datasets, rigs, sessions |
 //! | [`calibration`] | from what an instrument puts out to what it measures |
@@ -28,9 +31,12 @@ pub mod formats;
 pub mod limits;
 pub mod manifest;
 pub mod number;
+pub mod raw;
+pub mod recording;
 pub mod session;
 pub mod store;
 pub mod table;
 pub mod units;
+pub mod watch;
 
 pub use error::{IngestError, Place};

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use super::{Channel, Run};
 use crate::error::{IngestError, Place, shown, suggestion};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity, Span, clock_findings, forward_samples};
-use crate::formats::csv::{self, Cells, TextColumn, TextLog};
+use crate::formats::csv::{self, TextLog};
 use crate::manifest::{
     ChannelSpec, ClockSpec, ColumnRef, FileDigest, Instrument, PressureReference, Rig, RunSpec, SessionManifest,
 };
+use crate::recording::{Cells, Column};
 use crate::units::{Dimension, Unit};
 
 /// What every run of a session is read with.
@@ -28,10 +29,11 @@ pub(super) struct Rows<'a> {
 impl Rows<'_> {
     /// The numbers of a column, at the rows of the run. A column that is mostly text is read all the same, if it was asked for:
     /// what is no number in it is a hole, and a finding.
-    fn numbers(&self, column: &TextColumn, run: &str, findings: &mut Vec<Finding>) -> Vec<f64> {
+    fn numbers(&self, column: &Column, run: &str, findings: &mut Vec<Finding>) -> Vec<f64> {
         let cells = match &column.cells {
             Cells::Numbers(values) => return self.rows.iter().map(|&row| values[row]).collect(),
             Cells::Text(cells) => cells,
+            Cells::NotKept => return vec![],
         };
         let parse = |row: usize| {
             let number = csv::parse_number(cells[row].trim().as_bytes(), self.log.layout.decimal);
@@ -143,11 +145,12 @@ impl Reader<'_> {
                         let equal = |value: f64| value.total_cmp(&wanted).is_eq() && !value.is_nan();
                         (0..log.rows).filter(|&row| equal(values[row])).collect()
                     }
+                    Cells::NotKept => vec![],
                 };
                 if rows.is_empty() {
                     let mut seen: Vec<&str> = match &column.cells {
                         Cells::Text(cells) => cells.iter().map(String::as_str).collect(),
-                        Cells::Numbers(_) => vec![],
+                        Cells::Numbers(_) | Cells::NotKept => vec![],
                     };
                     seen.sort_unstable();
                     seen.dedup();
@@ -165,7 +168,7 @@ impl Reader<'_> {
     }
 
     /// A column of the log by name or number.
-    fn column<'l>(&self, column: &ColumnRef, log: &'l TextLog, line: usize) -> Result<&'l TextColumn, IngestError> {
+    fn column<'l>(&self, column: &ColumnRef, log: &'l TextLog, line: usize) -> Result<&'l Column, IngestError> {
         match column {
             ColumnRef::Number(number) => log.columns.get(number - 1).ok_or_else(|| {
                 let found = format!("column {number} of {}", log.columns.len());
@@ -216,7 +219,7 @@ impl Reader<'_> {
     }
 
     /// The unit of a column: the manifest's, else the file's.
-    fn unit(&self, declared: Option<Unit>, column: &TextColumn, line: usize) -> Result<Unit, IngestError> {
+    fn unit(&self, declared: Option<Unit>, column: &Column, line: usize) -> Result<Unit, IngestError> {
         if let Some(unit) = declared {
             return Ok(unit);
         }
@@ -292,7 +295,7 @@ impl Reader<'_> {
         &self,
         spec: &ChannelSpec,
         instrument: Option<&Instrument>,
-        column: &TextColumn,
+        column: &Column,
         run: &RunSpec,
         findings: &mut Vec<Finding>,
     ) -> Result<Unit, IngestError> {

@@ -21,9 +21,13 @@ mod tally;
 mod text;
 mod write;
 
+use std::io::Read;
+
 use crate::error::{IngestError, Place};
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::limits::LOG_BYTES_MAX;
+use crate::raw::RawFile;
+use crate::recording::{Cells, Column, Keep, Recording, Table};
 use crate::units::{Spelling, Unit};
 
 pub use numbers::{Decimal, parse as parse_number};
@@ -66,7 +70,7 @@ pub struct TextLog {
     /// How it is laid out.
     pub layout: Layout,
     /// Columns of `rows` cells each.
-    pub columns: Vec<TextColumn>,
+    pub columns: Vec<Column>,
     /// Samples.
     pub rows: usize,
     /// The line of every sample.
@@ -84,59 +88,8 @@ impl TextLog {
     }
 
     /// The column of a name.
-    pub fn column(&self, name: &str) -> Option<&TextColumn> {
+    pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|c| c.name == name)
-    }
-}
-
-/// A column.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TextColumn {
-    /// As the header has it, or `column 3`; a name that stands twice gets ` (2)`.
-    pub name: String,
-    /// As written: in a row of units, or in the name where it is a known unit.
-    pub unit: Option<String>,
-    /// What it holds.
-    pub cells: Cells,
-}
-
-/// The cells of a column.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Cells {
-    /// Numbers; NaN is a hole.
-    Numbers(Vec<f64>),
-    /// Text: more of the cells are text than numbers.
-    Text(Vec<String>),
-}
-
-impl Cells {
-    /// The numbers of a column of numbers.
-    pub fn numbers(&self) -> Option<&[f64]> {
-        match self {
-            Self::Numbers(numbers) => Some(numbers),
-            Self::Text(_) => None,
-        }
-    }
-
-    /// The words of a column of text.
-    pub fn text(&self) -> Option<&[String]> {
-        match self {
-            Self::Text(text) => Some(text),
-            Self::Numbers(_) => None,
-        }
-    }
-
-    /// Number of cells.
-    pub fn len(&self) -> usize {
-        match self {
-            Self::Numbers(cells) => cells.len(),
-            Self::Text(cells) => cells.len(),
-        }
-    }
-
-    /// Whether there is no cell.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 
@@ -179,10 +132,35 @@ pub fn read(file: &str, bytes: &[u8], options: &CsvOptions) -> Result<TextLog, I
         .zip(names.into_iter().zip(units))
         .map(|(((numbers, text), is_text), (name, unit))| {
             let cells = if is_text { Cells::Text(text) } else { Cells::Numbers(numbers) };
-            TextColumn { name, unit, cells }
+            Column::new(&name, unit.as_deref(), cells)
         })
         .collect();
     Ok(TextLog { layout, columns, rows: lines.rows(), lines, findings, metadata })
+}
+
+/// Reads a raw file of delimited text as a recording of one table.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_raw(raw: &RawFile, options: &CsvOptions, _keep: Keep) -> Result<Recording, IngestError> {
+    let mut bytes = Vec::new();
+    raw.reader()?.read_to_end(&mut bytes).map_err(|source| raw.failed(source))?;
+    Ok(read(raw.name(), &bytes, options)?.into())
+}
+
+impl From<TextLog> for Recording {
+    fn from(log: TextLog) -> Self {
+        let TextLog { layout, columns, rows, lines, findings, metadata } = log;
+        let table = Table { name: String::new(), schema: None, columns, rows, lines, clock: None };
+        Self {
+            format: "delimited text",
+            tables: vec![table],
+            findings,
+            reasons: layout.reasons,
+            metadata,
+            origin: None,
+        }
+    }
 }
 
 fn check_size(file: &str, bytes: &[u8]) -> Result<(), IngestError> {

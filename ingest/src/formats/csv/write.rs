@@ -1,7 +1,7 @@
 //! Writing what [`read`](super::read) reads, every number with the shortest digits that read back as it.
 
 use super::numbers::Decimal;
-use super::{Cells, TextColumn};
+use crate::recording::{Cells, Column};
 use crate::units::Unit;
 
 /// How a log is written.
@@ -20,13 +20,14 @@ pub struct WriteOptions {
 /// Columns as text, lines ended by LF. Holes are written as `NaN`; shorter columns are filled up with them, or with nothing.
 ///
 /// ```
-/// use pneuval_ingest::formats::csv::{Cells, Decimal, TextColumn, WriteOptions, write};
+/// use pneuval_ingest::formats::csv::{Decimal, WriteOptions, write};
+/// use pneuval_ingest::recording::{Cells, Column};
 /// let cells = Cells::Numbers(vec![1.5, f64::NAN]);
-/// let column = TextColumn { name: "p".to_owned(), unit: Some("kPa".to_owned()), cells };
+/// let column = Column::new("p", Some("kPa"), cells);
 /// let options = WriteOptions { delimiter: b';', decimal: Decimal::Comma, names: true, units: true };
 /// assert_eq!(write(&[column], options), "p\nkPa\n1,5\nNaN\n");
 /// ```
-pub fn write(columns: &[TextColumn], options: WriteOptions) -> String {
+pub fn write(columns: &[Column], options: WriteOptions) -> String {
     let mut out = String::new();
     if options.names {
         line(&mut out, options, columns.iter().map(|c| quoted(&c.name, options)));
@@ -36,9 +37,10 @@ pub fn write(columns: &[TextColumn], options: WriteOptions) -> String {
     }
     let rows = columns.iter().map(|c| c.cells.len()).max().unwrap_or(0);
     for row in 0..rows {
-        let cell = |column: &TextColumn| match &column.cells {
+        let cell = |column: &Column| match &column.cells {
             Cells::Numbers(numbers) => number(numbers.get(row).copied().unwrap_or(f64::NAN), options.decimal),
             Cells::Text(text) => quoted(text.get(row).map_or("", String::as_str), options),
+            Cells::NotKept => quoted("", options),
         };
         line(&mut out, options, columns.iter().map(cell));
     }

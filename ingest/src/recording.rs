@@ -1,0 +1,227 @@
+//! What a raw file holds, whatever its format: tables of columns, and what is odd about them.
+//!
+//! A text log is one table, a ROS 2 bag has one for each topic. The samples of a table share one clock; those of two tables need not.
+
+use crate::finding::{Finding, LineMap};
+use crate::watch::{Summary, Watch};
+
+/// What was read from a raw file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// Its format in words: `MCAP`, `delimited text`.
+    pub format: &'static str,
+    /// Its tables, in the order of the file; topics by name.
+    pub tables: Vec<Table>,
+    /// What is odd about it.
+    pub findings: Vec<Finding>,
+    /// How the format and layout were found out, one sentence each.
+    pub reasons: Vec<String>,
+    /// What the file says beside its samples: metadata lines, records, attachments.
+    pub metadata: Vec<String>,
+    /// The instant from which stamps count, where they are absolute: RFC 3339, to the second.
+    pub origin: Option<String>,
+}
+
+/// Columns of equal length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// The topic; empty where the file holds one table only.
+    pub name: String,
+    /// What it holds, where the file says it: a message type.
+    pub schema: Option<String>,
+    /// Its columns.
+    pub columns: Vec<Column>,
+    /// Samples.
+    pub rows: usize,
+    /// The line of every sample; empty for files without lines.
+    pub lines: LineMap,
+    /// The column that is its clock where the format says so.
+    pub clock: Option<usize>,
+}
+
+/// A column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// As the header has it, `column 3`, or the path of a field.
+    pub name: String,
+    /// As written in the file.
+    pub unit: Option<String>,
+    /// What it holds.
+    pub cells: Cells,
+    /// What can be said of its numbers without keeping them.
+    pub summary: Summary,
+}
+
+/// The cells of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// Numbers; NaN is a hole.
+    Numbers(Vec<f64>),
+    /// Text.
+    Text(Vec<String>),
+    /// Read, looked at and not kept: see [`Keep`].
+    NotKept,
+}
+
+impl Cells {
+    /// The numbers of a column of numbers.
+    pub fn numbers(&self) -> Option<&[f64]> {
+        match self {
+            Self::Numbers(numbers) => Some(numbers),
+            Self::Text(_) | Self::NotKept => None,
+        }
+    }
+
+    /// The words of a column of text.
+    pub fn text(&self) -> Option<&[String]> {
+        match self {
+            Self::Text(text) => Some(text),
+            Self::Numbers(_) | Self::NotKept => None,
+        }
+    }
+
+    /// Number of cells kept.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Numbers(cells) => cells.len(),
+            Self::Text(cells) => cells.len(),
+            Self::NotKept => 0,
+        }
+    }
+
+    /// Whether there is no cell.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl Column {
+    /// A column of cells at hand.
+    pub fn new(name: &str, unit: Option<&str>, cells: Cells) -> Self {
+        let mut watch = Watch::default();
+        if let Cells::Numbers(numbers) = &cells {
+            watch.block(numbers);
+        }
+        Self { name: name.to_owned(), unit: unit.map(str::to_owned), cells, summary: watch.finish() }
+    }
+}
+
+impl Table {
+    /// The column of a name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|c| c.name == name)
+    }
+
+    /// What manifests call a column: `/pressure.fluid_pressure`, or its bare name where the file holds one table only.
+    pub fn full_name(&self, column: &str) -> String {
+        full_name(&self.name, column)
+    }
+}
+
+/// What manifests call a column of a table.
+///
+/// ```
+/// use pneuval_ingest::recording::full_name;
+/// assert_eq!(full_name("/pressure", "fluid_pressure"), "/pressure.fluid_pressure");
+/// assert_eq!(full_name("", "p"), "p");
+/// ```
+pub fn full_name(table: &str, column: &str) -> String {
+    if table.is_empty() { column.to_owned() } else { format!("{table}.{column}") }
+}
+
+/// A column, as manifests name it.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum ColumnRef {
+    /// Its [`full_name`].
+    Name(String),
+    /// From the left, the first is 1; in files of one table.
+    Number(usize),
+}
+
+/// Which columns are kept in memory. All are looked at, but for fields of messages that are not asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep<'a> {
+    /// Every column.
+    All,
+    /// None: the summaries are what is wanted.
+    Nothing,
+    /// These.
+    Only(&'a [ColumnRef]),
+}
+
+impl Keep<'_> {
+    /// Whether a column is kept; `number` counts from 1.
+    pub fn keeps(self, table: &str, column: &str, number: usize) -> bool {
+        match self {
+            Self::All => true,
+            Self::Nothing => false,
+            Self::Only(columns) => columns.iter().any(|asked| match asked {
+                ColumnRef::Number(asked) => table.is_empty() && *asked == number,
+                ColumnRef::Name(asked) => *asked == full_name(table, column),
+            }),
+        }
+    }
+}
+
+/// Numbers on their way into a column: watched in blocks while they are in the cache, and kept if they are asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Builder {
+    /// All of them, or those not watched yet.
+    values: Vec<f64>,
+    watched: usize,
+    keep: bool,
+    watch: Watch,
+}
+
+/// Numbers watched at once.
+const BLOCK: usize = 1024;
+
+impl Builder {
+    /// An empty column.
+    pub fn new(keep: bool) -> Self {
+        Self { keep, ..Self::default() }
+    }
+
+    /// Adds a number; NaN is a hole.
+    #[inline]
+    pub fn push(&mut self, value: f64) {
+        self.values.push(value);
+        if self.values.len() - self.watched >= BLOCK {
+            self.flush();
+        }
+    }
+
+    /// Numbers so far.
+    pub fn len(&self) -> usize {
+        self.watch.samples() + self.values.len() - self.watched
+    }
+
+    /// Whether there is none so far.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Asks for the memory of so many more numbers, if they are kept.
+    pub fn reserve(&mut self, count: usize) {
+        if self.keep {
+            self.values.reserve(count);
+        }
+    }
+
+    #[cold]
+    fn flush(&mut self) {
+        self.watch.block(&self.values[self.watched..]);
+        if self.keep {
+            self.watched = self.values.len();
+        } else {
+            self.values.clear();
+        }
+    }
+
+    /// The column.
+    pub fn finish(mut self, name: String, unit: Option<String>) -> Column {
+        self.flush();
+        let cells = if self.keep { Cells::Numbers(self.values) } else { Cells::NotKept };
+        Column { name, unit, cells, summary: self.watch.finish() }
+    }
+}
