@@ -156,7 +156,7 @@ fn zillen_volts_through_the_rigs_calibration_are_the_logged_columns() {
         });
         let session = read(zeros);
         let lines = fs::read_to_string(&path).unwrap().lines().count();
-        assert_eq!(session.runs[0].samples, lines, "{name}");
+        assert_eq!(session.runs[0].samples(), lines, "{name}");
         for (channel, zero) in ZILLEN.into_iter().zip(zeros) {
             let (calibrated, logged) = both(&session, channel);
             // Half a unit of the third decimal of the volts, through the slope, and of the logged value; and what the slope's own

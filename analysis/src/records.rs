@@ -176,7 +176,7 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
         specimen: manifest.specimen.as_ref().map(specimen).unwrap_or_default(),
         runs: session.runs.iter().map(run).collect(),
         channels: manifest.channels.iter().map(|spec| channel(session, spec)).chain(derived).collect(),
-        samples_read: session.runs.iter().map(|run| run.samples).sum(),
+        samples_read: session.runs.iter().map(Run::samples).sum(),
         samples_excluded: study.censuses.iter().map(|census| census.holes).max().unwrap_or(0),
         lines_skipped: session.lines_skipped(),
         excluded_share_max: manifest.excluded_share_max,
@@ -194,14 +194,17 @@ fn specimen(specimen: &Specimen) -> Vec<(String, String)> {
 }
 
 fn run(run: &Run) -> RunRecord {
-    let stamps = run.seconds.iter().flatten().copied().filter(|t| t.is_finite());
-    let (first, last) = stamps.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    let stamps = run.streams.iter().filter_map(|stream| stream.seconds.as_deref());
+    let finite = stamps.clone().flatten().copied().filter(|t| t.is_finite());
+    let (first, last) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    // Of several clocks the fastest: what a reader asks first is how finely the run was sampled.
+    let rate_hz = stamps.filter_map(median_rate_hz).max_by(f64::total_cmp);
     RunRecord {
         id: run.id.clone(),
         file: run.file.clone(),
-        samples: run.samples,
+        samples: run.samples(),
         span_s: (last > first).then_some(last - first),
-        rate_hz: run.seconds.as_deref().and_then(median_rate_hz),
+        rate_hz,
     }
 }
 

@@ -15,12 +15,14 @@
 //!
 //! What people wrote is read and checked before any log: [`describe`], then [`load`]. [`find`] is both.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use pneuval_ingest::error::suggestion;
 use pneuval_ingest::manifest::{Actuator, PublishedDataset, Rig, SessionManifest};
+use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::session::Session;
 use pneuval_ingest::{IngestError, limits};
 
@@ -161,14 +163,8 @@ impl Described {
         let data = match self.data {
             Written::Published(dataset) => FoundData::Published(dataset),
             Written::Session(manifest, rig) => {
-                let read = |name: &str| self.folder.read_log(name);
-                let files: Vec<String> = manifest.runs.iter().map(|run| run.file.clone()).collect();
-                let session = Session::load(*manifest, rig, &read);
-                if let Err(IngestError::Unusable { .. }) = session {
-                    // A later log that is missing is the user's to mend, and comes first.
-                    files.iter().try_for_each(|file| read(file).map(|_| ()))?;
-                }
-                FoundData::Session(Box::new(session?))
+                let open = |name: &str| self.folder.open_log(name);
+                FoundData::Session(Box::new(Session::load(*manifest, rig, &open)?))
             }
         };
         let Self { file, bounds, actuator, actuator_file, .. } = self;
@@ -253,15 +249,8 @@ pub fn describe(paths: &[PathBuf]) -> Result<Vec<Described>, DatasetError> {
             let mut linked = Vec::new();
             collect(path, DEPTH_MAX, &mut folders, &mut linked)?;
             // A link such as `latest` to a folder that is here anyway names nothing new.
-            let real = |place: &Place| match &place.folder {
-                Folder::Disk(folder) => folder.canonicalize().ok().map(|folder| (folder, place.manifest)),
-                Folder::Embedded(_) => None,
-            };
-            for place in linked {
-                if real(&place).is_none_or(|this| folders.iter().all(|known| real(known).as_ref() != Some(&this))) {
-                    folders.push(place);
-                }
-            }
+            let mut known: BTreeSet<PathBuf> = folders.iter().filter_map(Place::real).collect();
+            folders.extend(linked.into_iter().filter(|place| place.real().is_none_or(|real| known.insert(real))));
         } else if !path.exists() {
             return Err(DatasetError::NotFound { path: path.clone() });
         }
@@ -336,6 +325,14 @@ fn collect(folder: &Path, depth: usize, found: &mut Vec<Place>, linked: &mut Vec
 }
 
 impl Place {
+    /// Where its manifest lies, links followed; `None` for an embedded one, and for one that is gone.
+    fn real(&self) -> Option<PathBuf> {
+        match &self.folder {
+            Folder::Disk(folder) => folder.join(self.manifest).canonicalize().ok(),
+            Folder::Embedded(_) => None,
+        }
+    }
+
     fn describe(self) -> Result<Described, DatasetError> {
         let folder = self.folder;
         let (file, bytes) = folder.read(self.manifest)?;
@@ -365,26 +362,42 @@ fn is_filled_in(draft: &Actuator) -> bool {
     !(chambers.is_empty() && values.is_empty() && materials.is_empty() && imported.is_empty())
 }
 
+/// The path of a file in a folder, which no link may lead out of.
+fn inside(folder: &Path, name: &str) -> Result<PathBuf, IngestError> {
+    let path = folder.join(name);
+    let real = |path: &Path| path.canonicalize().map_err(|source| IngestError::read(path, source));
+    if real(&path)?.starts_with(real(folder)?) {
+        return Ok(path);
+    }
+    let outside = std::io::Error::other("it is a link that leads out of its folder");
+    Err(IngestError::read(&path, outside))
+}
+
 impl Folder {
     /// A file of this folder: its name for messages, and its bytes.
     fn read(&self, name: &str) -> Result<(String, Vec<u8>), IngestError> {
         self.read_up_to(name, limits::WRITTEN_BYTES_MAX)
     }
 
-    /// The same for a log, which may be large.
-    fn read_log(&self, name: &str) -> Result<(String, Vec<u8>), IngestError> {
-        self.read_up_to(name, limits::LOG_BYTES_MAX)
+    /// A raw log of this folder, which is read in blocks.
+    fn open_log(&self, name: &str) -> Result<RawFile<'static>, IngestError> {
+        match self {
+            Self::Disk(folder) => {
+                let path = inside(folder, name)?;
+                RawFile::open(&path, &path.display().to_string(), limits::LOG_BYTES_MAX)
+            }
+            Self::Embedded(folder) => {
+                let path = format!("{folder}/{name}");
+                let found = embedded(&path).map(|bytes| RawFile::of_bytes(&format!("embedded {path}"), bytes));
+                found.ok_or_else(|| IngestError::read(Path::new(&path), std::io::ErrorKind::NotFound.into()))
+            }
+        }
     }
 
     fn read_up_to(&self, name: &str, limit: u64) -> Result<(String, Vec<u8>), IngestError> {
         match self {
             Self::Disk(folder) => {
-                let path = folder.join(name);
-                let real = |path: &Path| path.canonicalize().map_err(|source| IngestError::read(path, source));
-                if !real(&path)?.starts_with(real(folder)?) {
-                    let outside = std::io::Error::other("it is a link that leads out of its folder");
-                    return Err(IngestError::read(&path, outside));
-                }
+                let path = inside(folder, name)?;
                 let bytes = limits::read(&path, limit)?;
                 Ok((path.display().to_string(), bytes))
             }

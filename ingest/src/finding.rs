@@ -79,6 +79,8 @@ pub enum FindingKind {
     Overflow,
     /// The channel's zero is the mean of its first samples.
     Tared,
+    /// A counter of time that starts anew.
+    ClockWrap,
 }
 
 impl FindingKind {
@@ -108,6 +110,7 @@ impl FindingKind {
             Self::UnclaimedRows => "unclaimed-rows",
             Self::Overflow => "overflow",
             Self::Tared => "tared",
+            Self::ClockWrap => "clock-wrap",
         }
     }
 }

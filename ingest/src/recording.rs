@@ -3,6 +3,7 @@
 //! A text log is one table, a ROS 2 bag has one for each topic. The samples of a table share one clock; those of two tables need not.
 
 use crate::finding::{Finding, LineMap};
+use crate::formats::csv::Decimal;
 use crate::watch::{Summary, Watch};
 
 /// What was read from a raw file.
@@ -37,6 +38,8 @@ pub struct Table {
     pub lines: LineMap,
     /// The column that is its clock where the format says so.
     pub clock: Option<usize>,
+    /// The decimal sign of numbers among text.
+    pub decimal: Decimal,
 }
 
 /// A column.

@@ -15,7 +15,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use pneuval_ingest::manifest::{Condition, PointRule, ResponseSpec};
 use pneuval_ingest::number::Printed;
-use pneuval_ingest::session::{Run, Session};
+use pneuval_ingest::session::{Run, Session, Stream};
 
 use super::plateaus::plateaus;
 use super::{IntervalKind, Response, ResponsePoint};
@@ -57,7 +57,8 @@ pub struct Census {
 
 /// The channels of a run that a response needs.
 struct Needed<'a> {
-    run: &'a Run,
+    /// Their clock.
+    stream: &'a Stream,
     pressures: Vec<&'a [f64]>,
     conditions: Vec<&'a [f64]>,
     measured: Vec<&'a [f64]>,
@@ -67,7 +68,7 @@ impl<'a> Needed<'a> {
     fn of(run: &'a Run, spec: &ResponseSpec) -> Option<Self> {
         let values = |id: &String| run.channels.get(id).map(|c| c.values_si.as_slice());
         Some(Self {
-            run,
+            stream: run.stream_of(spec.channels())?,
             pressures: spec.pressure.iter().map(|(id, _)| values(id)).collect::<Option<_>>()?,
             conditions: spec.conditions.iter().map(|c| values(&c.channel)).collect::<Option<_>>()?,
             measured: spec.measured.iter().map(values).collect::<Option<_>>()?,
@@ -76,7 +77,7 @@ impl<'a> Needed<'a> {
 
     /// Whether the state of a sample is known: its stamp counts, and pressures and conditions are numbers.
     fn is_state(&self, i: usize) -> bool {
-        let stamped = self.run.seconds.as_ref().is_none_or(|seconds| seconds[i].is_finite());
+        let stamped = self.stream.seconds.as_ref().is_none_or(|seconds| seconds[i].is_finite());
         stamped && self.pressures.iter().chain(&self.conditions).all(|c| c[i].is_finite())
     }
 
@@ -92,11 +93,12 @@ impl Response {
     /// # Errors
     /// The number of readings, if they are more than [`POINTS_MAX`] per run.
     pub fn from_session(session: &Session, spec: &ResponseSpec) -> Result<(Self, Census), usize> {
-        let runs: Vec<Needed> = session.runs.iter().filter_map(|run| Needed::of(run, spec)).collect();
+        let (names, runs): (Vec<&str>, Vec<Needed>) =
+            session.runs.iter().filter_map(|run| Some((run.id.as_str(), Needed::of(run, spec)?))).unzip();
         let mut census = Census::default();
         for needed in &runs {
-            census.samples += needed.run.samples;
-            census.holes += (0..needed.run.samples).filter(|&i| !needed.is_whole(i)).count();
+            census.samples += needed.stream.samples;
+            census.holes += (0..needed.stream.samples).filter(|&i| !needed.is_whole(i)).count();
         }
         let states = census.samples - census.holes;
         if matches!(spec.points, PointRule::Samples { .. }) && states > POINTS_MAX * runs.len().max(1) {
@@ -116,7 +118,6 @@ impl Response {
             PointRule::Samples { same_within_pa } => same_within_pa,
             PointRule::Plateaus { tolerance_pa, .. } => tolerance_pa,
         };
-        let names: Vec<&str> = runs.iter().map(|needed| needed.run.id.as_str()).collect();
         let points = points(readings, same_within_pa, &std_of(session, spec), &names);
         if points.len() > POINTS_MAX {
             return Err(points.len());
@@ -171,11 +172,11 @@ fn std_of(session: &Session, spec: &ResponseSpec) -> Vec<Option<f64>> {
 
 /// The readings of one run.
 fn read(run: usize, needed: &Needed, spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
-    let samples = needed.run.samples;
+    let samples = needed.stream.samples;
     let stretches: Vec<Vec<usize>> = match spec.points {
         PointRule::Samples { .. } => (0..samples).filter(|&i| needed.is_state(i)).map(|i| vec![i]).collect(),
         PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
-            let Some(seconds) = &needed.run.seconds else { return vec![] };
+            let Some(seconds) = &needed.stream.seconds else { return vec![] };
             let usable: Vec<usize> = (0..samples).filter(|&i| needed.is_whole(i)).collect();
             let mut steady: Vec<(&[f64], f64)> = needed.pressures.iter().map(|p| (*p, tolerance_pa)).collect();
             steady.extend(needed.conditions.iter().map(|c| (*c, SETTING_SHARE * largest(c))));
@@ -191,7 +192,7 @@ fn read(run: usize, needed: &Needed, spec: &ResponseSpec, census: &mut Census) -
         census.used += rows.iter().filter(|&&i| needed.is_whole(i)).count();
         readings.push(Reading {
             run,
-            line: needed.run.lines.line_of(first),
+            line: needed.stream.lines.line_of(first),
             pressures: mean(&needed.pressures, &rows),
             conditions: mean(&needed.conditions, &rows),
             measured: mean(&needed.measured, &rows),

@@ -11,10 +11,10 @@
 
 use std::collections::BTreeMap;
 
-use super::Channel;
 use super::reader::Reader;
+use super::{Channel, Stream};
 use crate::error::IngestError;
-use crate::finding::{Finding, FindingKind, LineMap, Severity, Span};
+use crate::finding::{Finding, FindingKind, Severity, Span};
 use crate::manifest::{DerivedRule, DerivedSpec, RunSpec};
 use crate::units::Dimension;
 
@@ -25,13 +25,14 @@ impl Reader<'_> {
         spec: &DerivedSpec,
         run: &RunSpec,
         channels: &BTreeMap<String, Channel>,
-        seconds: Option<&[f64]>,
-        lines: &LineMap,
+        streams: &[Stream],
         findings: &mut Vec<Finding>,
     ) -> Result<Channel, IngestError> {
         // The manifest's reader lets a derived channel name only channels above it.
         let from: Vec<&Channel> = spec.from.iter().filter_map(|id| channels.get(id)).collect();
         self.check(spec.unit, self.dimension(spec, &from)?, spec.line)?;
+        let stream = self.shared_stream(spec, &from, streams)?;
+        let (seconds, lines) = (streams[stream].seconds.as_deref(), &streams[stream].lines);
         let samples = from.iter().map(|c| c.values_si.len()).min().unwrap_or(0);
         let at = |i: usize| -> Vec<f64> { from.iter().map(|c| c.values_si[i]).collect() };
         let moves = matches!(spec.rule, DerivedRule::Displacement | DerivedRule::TransmitterDistance);
@@ -52,11 +53,24 @@ impl Reader<'_> {
             _ => f64::NAN,
         };
         Ok(Channel {
+            stream,
             unit: spec.unit,
             values_si: (0..samples).map(|i| value(at(i))).collect(),
             std_si: uncertainty(spec.rule, &from),
             commanded: from.iter().any(|c| c.commanded),
         })
+    }
+
+    /// The stream that the sources share: samples of two clocks do not belong together by their number.
+    fn shared_stream(&self, spec: &DerivedSpec, from: &[&Channel], streams: &[Stream]) -> Result<usize, IngestError> {
+        let mut of: Vec<usize> = from.iter().map(|channel| channel.stream).collect();
+        of.dedup();
+        if let [one] = of[..] {
+            return Ok(one);
+        }
+        let names: Vec<&str> = of.iter().map(|&stream| streams[stream].name.as_str()).collect();
+        let next = "derive it from channels of one topic".to_owned();
+        Err(self.malformed(spec.line, "channels that share one clock", &names.join(", "), next))
     }
 
     fn dimension(&self, spec: &DerivedSpec, from: &[&Channel]) -> Result<Dimension, IngestError> {

@@ -1,24 +1,31 @@
 //! From a session's manifest and its logs to channels in SI units.
 //!
 //! ```text
-//! log bytes -> TextLog -> rows of the run -> unit or calibration -> gauge -> tare -> derived -> Run
+//! raw file -> Recording -> rows of the run -> unit or calibration -> gauge -> tare -> derived -> Run
 //! ```
 //!
 //! Nothing is repaired: what is no number, or what a calibration refuses, is a hole (NaN) in the channel and a [`Finding`] with
 //! its place. A session is refused as unusable only where no sample of a required channel survives.
+//!
+//! Files are read one after the other, each with the columns that the session asks for and no others; [`Session::load`] keeps the
+//! runs of all of them, [`FileRuns::read`] gives those of one.
 
 mod derive;
+mod log;
 mod reader;
+mod tell;
 
 use std::collections::BTreeMap;
 
+use log::{Log, columns_asked};
 use reader::Reader;
 
-use crate::digest;
 use crate::error::{IngestError, Place};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity, Span};
-use crate::formats::csv::{self, TextLog};
-use crate::manifest::{FileDigest, ReadBeside, Rig, SessionManifest};
+use crate::formats;
+use crate::manifest::{FileDigest, Rig, SessionManifest};
+use crate::raw::RawFile;
+use crate::recording::Keep;
 use crate::units::{Dimension, Unit};
 
 /// A session with its data.
@@ -36,18 +43,27 @@ pub struct Session {
     pub findings: Vec<Finding>,
 }
 
-/// One run: channels of equal length.
+/// One run: channels, each on the clock of its stream.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// Its id.
     pub id: String,
     /// Its log.
     pub file: String,
-    /// Time of each sample in s, if there is a clock; NaN where the stamp is no number or goes back.
-    pub seconds: Option<Vec<f64>>,
+    /// Clocks: one for each table of the log that a channel comes from.
+    pub streams: Vec<Stream>,
     /// Channels by id.
     pub channels: BTreeMap<String, Channel>,
-    /// Line of the log of each sample.
+}
+
+/// Samples that share a clock.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stream {
+    /// The table of the log: a topic, or empty.
+    pub name: String,
+    /// Time of each sample in s, if there is a clock; NaN where the stamp is no number or goes back.
+    pub seconds: Option<Vec<f64>>,
+    /// Line of the log of each sample; empty for files without lines.
     pub lines: LineMap,
     /// Samples.
     pub samples: usize,
@@ -56,6 +72,8 @@ pub struct Run {
 /// One channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
+    /// Index of its stream.
+    pub stream: usize,
     /// The unit it is shown in.
     pub unit: Unit,
     /// Samples in SI units; NaN is a hole.
@@ -66,78 +84,150 @@ pub struct Channel {
     pub commanded: bool,
 }
 
+impl Run {
+    /// Samples of all streams.
+    pub fn samples(&self) -> usize {
+        self.streams.iter().map(|stream| stream.samples).sum()
+    }
+
+    /// The stream that channels share; `None` if they do not, or there is no such channel.
+    pub fn stream_of<'a>(&self, channels: impl IntoIterator<Item = &'a str>) -> Option<&Stream> {
+        let mut streams = channels.into_iter().map(|id| self.channels.get(id).map(|channel| channel.stream));
+        let first = streams.next()??;
+        streams.all(|stream| stream == Some(first)).then(|| self.streams.get(first))?
+    }
+}
+
+/// Opens a file that a session names.
+pub type OpenBeside<'a> = &'a dyn Fn(&str) -> Result<RawFile<'static>, IngestError>;
+
+/// What one file of a session gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileRuns {
+    /// Runs, each with its place in the manifest and its findings.
+    pub runs: Vec<(usize, Run, Vec<Finding>)>,
+    /// Findings of the file.
+    pub findings: Vec<Finding>,
+    /// The origin of its stamps, where they are absolute.
+    pub origin: Option<String>,
+}
+
+impl FileRuns {
+    /// Reads the runs of one file.
+    ///
+    /// # Errors
+    /// As [`Session::load`], for this file.
+    pub fn read(manifest: &SessionManifest, rig: Option<&Rig>, file: &str, raw: &RawFile) -> Result<Self, IngestError> {
+        let reader = Reader { manifest, rig };
+        let columns = columns_asked(manifest);
+        let recording = formats::read(raw, &manifest.reader, Keep::Only(&columns))?;
+        let specs: Vec<_> = manifest.runs.iter().enumerate().filter(|(_, spec)| spec.file == file).collect();
+        let mut log = Log::new(file, recording, &columns, specs.len());
+        let of_values = reader.of_values(&log);
+        // A sole run of the whole file leaves nothing, and shares nothing.
+        let sole = specs.len() == 1 && specs.iter().all(|(_, spec)| spec.rows.is_none());
+        let mut claimed: BTreeMap<usize, Vec<Option<&str>>> = BTreeMap::new();
+        let mut runs = Vec::new();
+        for (i, spec) in specs {
+            let parts = reader.parts(spec, &log)?;
+            for part in parts.iter().filter(|_| !sole) {
+                let rows = log.table(part.table).rows;
+                reader.claim(spec, &log, part, claimed.entry(part.table).or_insert_with(|| vec![None; rows]))?;
+            }
+            let mut findings = Vec::new();
+            let run = reader.run(spec, &mut log, &parts, &mut findings)?;
+            runs.push((i, run, findings));
+        }
+        let mut findings: Vec<Finding> =
+            claimed.iter().filter_map(|(table, claimed)| unclaimed(&log, *table, claimed)).collect();
+        findings.extend(log.recording.findings.iter().map(|finding| reader.of_log(file, finding)));
+        findings.extend(of_values);
+        Ok(Self { runs, findings, origin: log.recording.origin })
+    }
+}
+
 impl Session {
     /// Reads the logs of a session.
     ///
     /// # Errors
     /// [`IngestError::Malformed`] where the manifest and the logs do not fit together (a column, a unit, an instrument);
     /// [`IngestError::Unusable`] where no sample of a required channel is a number.
-    pub fn load(manifest: SessionManifest, rig: Option<Rig>, beside: ReadBeside) -> Result<Self, IngestError> {
-        let mut logs: BTreeMap<&str, TextLog> = BTreeMap::new();
-        let (mut files, mut findings, mut runs): (Vec<FileDigest>, Vec<Finding>, Vec<Run>) = Default::default();
+    pub fn load(manifest: SessionManifest, rig: Option<Rig>, open: OpenBeside) -> Result<Self, IngestError> {
+        let (mut files, mut raws) = (Vec::new(), Vec::new());
+        for name in manifest.files() {
+            let raw = open(name)?;
+            files.push(FileDigest { name: name.to_owned(), sha256: raw.sha256()? });
+            raws.push(raw);
+        }
+        check_files_differ(&manifest, &files)?;
+        let (mut lost, mut of_files) = (Vec::new(), Vec::new());
+        let mut runs: Vec<(usize, Run, Vec<Finding>)> = Vec::new();
         let mut unusable = None;
-        for run in &manifest.runs {
-            if files.iter().any(|f| f.name == run.file) {
-                continue;
-            }
-            let (full, bytes) = beside(&run.file)?;
-            files.push(FileDigest { name: run.file.clone(), sha256: digest::sha256(&bytes) });
-            match csv::read(&full, &bytes, &manifest.reader) {
-                Ok(log) => {
-                    logs.insert(&run.file, log);
+        for (file, raw) in files.iter().zip(&raws) {
+            match FileRuns::read(&manifest, rig.as_ref(), &file.name, raw) {
+                Ok(mut read) => {
+                    runs.append(&mut read.runs);
+                    of_files.append(&mut read.findings);
                 }
                 // One log that cannot be used does not take the others with it: it is lost, and told.
                 Err(error @ IngestError::Unusable { .. }) => {
-                    findings.push(lost(&run.file, &error));
+                    lost.push(unusable_file(&file.name, &error));
                     unusable.get_or_insert(error);
                 }
                 Err(error) => return Err(error),
             }
         }
-        let reader = Reader { manifest: &manifest, rig: rig.as_ref() };
-        reader.check_files_differ(&files)?;
-        let mut claims: BTreeMap<&str, Vec<Option<&str>>> = BTreeMap::new();
-        for spec in &manifest.runs {
-            let Some(log) = logs.get(spec.file.as_str()) else { continue };
-            let rows = reader.rows(spec, log)?;
-            let claimed = claims.entry(&spec.file).or_insert_with(|| vec![None; log.rows]);
-            reader.claim(spec, &rows, claimed)?;
-            runs.push(reader.run(spec, rows, &mut findings)?);
-        }
-        for (file, claimed) in &claims {
-            findings.extend(unclaimed(file, &logs[file], claimed));
-        }
-        for (name, log) in &logs {
-            findings.extend(log.findings.iter().map(|finding| reader.of_log(name, finding)));
-        }
+        runs.sort_by_key(|(i, ..)| *i);
+        let mut findings = lost;
+        let runs: Vec<Run> = runs
+            .into_iter()
+            .map(|(_, run, mut told)| {
+                findings.append(&mut told);
+                run
+            })
+            .collect();
+        findings.append(&mut of_files);
         let session = Self { manifest, rig, runs, files, findings };
         if let Some(error) = unusable.filter(|_| session.runs.is_empty()) {
             return Err(error);
         }
-        session.check_units()?;
+        session.check_responses()?;
         session.check_usable()?;
         Ok(session)
     }
 
-    /// The channels of a response measure what it says they do.
-    fn check_units(&self) -> Result<(), IngestError> {
+    /// The channels of a response measure what it says they do, on one clock.
+    fn check_responses(&self) -> Result<(), IngestError> {
         for response in &self.manifest.responses {
+            let refused = |expected: String, found: String, next: &str| IngestError::Malformed {
+                place: Place::new(
+                    &self.manifest.file,
+                    Some(response.line),
+                    Some(format!("response `{}`", response.quantity.id)),
+                ),
+                expected,
+                found,
+                next: next.to_owned(),
+            };
             let pressures = response.pressure.iter().map(|(channel, _)| (channel, Dimension::Pressure));
             let measured = response.measured.iter().map(|channel| (channel, response.quantity.unit.dimension));
             for (id, dimension) in pressures.chain(measured) {
                 let Some(channel) = self.runs.iter().find_map(|run| run.channels.get(id)) else { continue };
                 if channel.unit.dimension != dimension {
-                    return Err(IngestError::Malformed {
-                        place: Place::new(
-                            &self.manifest.file,
-                            Some(response.line),
-                            Some(format!("response `{}`", response.quantity.id)),
-                        ),
-                        expected: format!("channel `{id}` as {}", dimension.name()),
-                        found: format!("unit `{}`", channel.unit.symbol),
-                        next: "correct the unit of the channel or of the quantity, or name an instrument".to_owned(),
-                    });
+                    let next = "correct the unit of the channel or of the quantity, or name an instrument";
+                    let expected = format!("channel `{id}` as {}", dimension.name());
+                    return Err(refused(expected, format!("unit `{}`", channel.unit.symbol), next));
                 }
+            }
+            let ids = || response.channels();
+            if let Some(run) = self.runs.iter().find(|run| run.stream_of(ids()).is_none()) {
+                let name = |id: &str| {
+                    let stream = run.channels.get(id).and_then(|channel| run.streams.get(channel.stream));
+                    format!("`{id}` from {}", stream.map_or("", |stream| stream.name.as_str()))
+                };
+                let found = ids().map(name).collect::<Vec<_>>().join(", ");
+                let next = "channels of several topics are stored by `pneuval ingest`, but not set against each other: record them in one message, or log them together";
+                return Err(refused("channels that share one clock".to_owned(), found, next));
             }
         }
         Ok(())
@@ -169,28 +259,49 @@ impl Session {
     }
 }
 
-/// Rows of a log that belong to no run.
-fn unclaimed(file: &str, log: &TextLog, claimed: &[Option<&str>]) -> Option<Finding> {
+/// Two logs of the same bytes are one log: they are no repeats.
+///
+/// # Errors
+/// [`IngestError::Malformed`] at the second run that names them.
+pub fn check_files_differ(manifest: &SessionManifest, files: &[FileDigest]) -> Result<(), IngestError> {
+    for (i, file) in files.iter().enumerate() {
+        let Some(other) = files[..i].iter().find(|other| other.sha256 == file.sha256) else { continue };
+        let line = manifest.runs.iter().find(|run| run.file == file.name).map_or(1, |run| run.line);
+        let found = format!("{}, byte for byte {}", crate::error::shown(&file.name), crate::error::shown(&other.name));
+        let next = "remove the run, or name its log".to_owned();
+        return Err(Reader { manifest, rig: None }.malformed(line, "a log of its own", &found, next));
+    }
+    Ok(())
+}
+
+/// Rows of a table that belong to no run.
+fn unclaimed(log: &Log, table: usize, claimed: &[Option<&str>]) -> Option<Finding> {
     let rows: Vec<usize> = (0..claimed.len()).filter(|&row| claimed[row].is_none()).collect();
     let first = *rows.first()?;
+    let lines = &log.table(table).lines;
     let mut spans = Vec::new();
     for &row in &rows {
-        let line = log.line_of(row);
+        let line = lines.line_of(row);
         finding::extend(&mut spans, Span { first_sample: row, last_sample: row, first_line: line, last_line: line });
     }
     Some(Finding {
         kind: FindingKind::UnclaimedRows,
         severity: Severity::Note,
-        file: file.to_owned(),
+        file: log.file.to_owned(),
         channel: None,
         spans,
         count: rows.len(),
-        text: format!("{} of {} rows belong to no run, the first at line {}", rows.len(), log.rows, log.line_of(first)),
+        text: format!(
+            "{} of {} rows belong to no run, the first at line {}",
+            rows.len(),
+            claimed.len(),
+            lines.line_of(first)
+        ),
     })
 }
 
 /// The finding of a log that cannot be used.
-fn lost(file: &str, error: &IngestError) -> Finding {
+pub fn unusable_file(file: &str, error: &IngestError) -> Finding {
     let words: Vec<String> = error.to_string().lines().map(|line| line.trim().to_owned()).collect();
     Finding {
         kind: FindingKind::UnusableFile,

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::{Channel, Run};
+use super::log::{ColumnId, Log, Part};
+use super::{Channel, Run, Stream, tell};
 use crate::error::{IngestError, Place, shown, suggestion};
-use crate::finding::{self, Finding, FindingKind, LineMap, Severity, Span, clock_findings, forward_samples};
-use crate::formats::csv::{self, TextLog};
+use crate::finding::{Finding, FindingKind, Severity, clock_findings, forward_samples};
 use crate::manifest::{
-    ChannelSpec, ClockSpec, ColumnRef, FileDigest, Instrument, PressureReference, Rig, RunSpec, SessionManifest,
+    ChannelSpec, ClockSpec, ColumnRef, Instrument, PressureReference, Rig, RunSpec, SessionManifest,
 };
-use crate::recording::{Cells, Column};
+use crate::recording::Column;
 use crate::units::{Dimension, Unit};
 
 /// What every run of a session is read with.
@@ -18,85 +18,43 @@ pub(super) struct Reader<'a> {
     pub rig: Option<&'a Rig>,
 }
 
-/// The rows of a log that belong to a run.
-pub(super) struct Rows<'a> {
-    file: &'a str,
-    log: &'a TextLog,
-    rows: Vec<usize>,
-    lines: LineMap,
-}
-
-impl Rows<'_> {
-    /// The numbers of a column, at the rows of the run. A column that is mostly text is read all the same, if it was asked for:
-    /// what is no number in it is a hole, and a finding.
-    fn numbers(&self, column: &Column, run: &str, findings: &mut Vec<Finding>) -> Vec<f64> {
-        let cells = match &column.cells {
-            Cells::Numbers(values) => return self.rows.iter().map(|&row| values[row]).collect(),
-            Cells::Text(cells) => cells,
-            Cells::NotKept => return vec![],
-        };
-        let parse = |row: usize| {
-            let number = csv::parse_number(cells[row].trim().as_bytes(), self.log.layout.decimal);
-            number.filter(|v| v.is_finite()).unwrap_or(f64::NAN)
-        };
-        let values: Vec<f64> = self.rows.iter().map(|&row| parse(row)).collect();
-        let holes: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_nan()).collect();
-        if !holes.is_empty() {
-            let named = |&i: &usize| format!("line {}: {}", self.lines.line_of(i), shown(&cells[self.rows[i]]));
-            let first: Vec<String> = holes.iter().take(5).map(named).collect();
-            findings.push(Finding {
-                kind: FindingKind::NonNumericCell,
-                severity: Severity::Excluded,
-                file: self.file.to_owned(),
-                channel: Some(column.name.clone()),
-                spans: self.spans(&holes),
-                count: holes.len(),
-                text: format!(
-                    "column {} of run {run}: {} of {} cells are not numbers ({}); left as holes",
-                    shown(&column.name),
-                    holes.len(),
-                    values.len(),
-                    first.join(", ")
-                ),
-            });
-        }
-        values
-    }
-
-    /// Stretches of samples, for a finding.
-    fn spans(&self, samples: &[usize]) -> Vec<Span> {
-        let mut spans = Vec::new();
-        for &sample in samples {
-            let line = self.lines.line_of(sample);
-            let span = Span { first_sample: sample, last_sample: sample, first_line: line, last_line: line };
-            finding::extend(&mut spans, span);
-        }
-        spans
-    }
+/// Where the numbers of a channel stand.
+#[derive(Clone, Copy)]
+struct Source<'a> {
+    run: &'a RunSpec,
+    part: &'a Part,
+    id: ColumnId,
 }
 
 impl Reader<'_> {
-    /// Two logs of the same bytes are one log: they are no repeats.
-    pub fn check_files_differ(&self, files: &[FileDigest]) -> Result<(), IngestError> {
-        for (i, file) in files.iter().enumerate() {
-            let Some(other) = files[..i].iter().find(|other| other.sha256 == file.sha256) else { continue };
-            let line = self.manifest.runs.iter().find(|run| run.file == file.name).map_or(1, |run| run.line);
-            let found = format!("{}, byte for byte {}", shown(&file.name), shown(&other.name));
-            return Err(self.malformed(line, "a log of its own", &found, "remove the run, or name its log".to_owned()));
+    /// The samples of a run in each table of the log that a channel comes from, tables in the order in which channels name them.
+    pub fn parts(&self, spec: &RunSpec, log: &Log) -> Result<Vec<Part>, IngestError> {
+        let mut parts: Vec<Part> = Vec::new();
+        for channel in &self.manifest.channels {
+            let (table, _) = log.column(&channel.column, self, channel.line)?;
+            if parts.iter().all(|part| part.table != table) {
+                parts.push(log.part(spec, table, self)?);
+            }
         }
-        Ok(())
+        Ok(parts)
     }
 
     /// Every row belongs to one run: twice the same row is no repeat.
     pub fn claim<'r>(
         &self,
         spec: &'r RunSpec,
-        rows: &Rows,
+        log: &Log,
+        part: &Part,
         claimed: &mut [Option<&'r str>],
     ) -> Result<(), IngestError> {
-        for &row in &rows.rows {
+        for row in part.rows() {
             if let Some(other) = claimed[row] {
-                let found = format!("line {} in run {other} too", rows.log.line_of(row));
+                let line = log.table(part.table).lines.line_of(row);
+                let found = if line > 0 {
+                    format!("line {line} in run {other} too")
+                } else {
+                    format!("all of it in run {other} too")
+                };
                 let next = "correct `rows` or `file`: the same row twice is no repeat".to_owned();
                 return Err(self.malformed(spec.line, "rows of its own", &found, next));
             }
@@ -106,11 +64,27 @@ impl Reader<'_> {
     }
 
     /// A run of a log.
-    pub fn run(&self, spec: &RunSpec, rows: Rows, findings: &mut Vec<Finding>) -> Result<Run, IngestError> {
-        let seconds = self.seconds(spec, &rows, findings)?;
+    pub fn run(
+        &self,
+        spec: &RunSpec,
+        log: &mut Log,
+        parts: &[Part],
+        findings: &mut Vec<Finding>,
+    ) -> Result<Run, IngestError> {
+        let mut streams = Vec::with_capacity(parts.len());
+        for part in parts {
+            let seconds = self.seconds(spec, log, part, findings)?;
+            let name = log.table(part.table).name.clone();
+            streams.push(Stream { name, seconds, lines: part.lines.clone(), samples: part.samples() });
+        }
         let mut channels = BTreeMap::new();
         for channel in &self.manifest.channels {
-            let mut read = self.channel(channel, spec, &rows, findings)?;
+            let id = log.column(&channel.column, self, channel.line)?;
+            // `parts` has one for the table of every channel.
+            let Some(stream) = parts.iter().position(|part| part.table == id.0) else { continue };
+            let source = Source { run: spec, part: &parts[stream], id };
+            let mut read = self.channel(channel, &source, log, findings)?;
+            read.stream = stream;
             if channel.reference == Some(PressureReference::Absolute) {
                 self.to_gauge(channel, spec, &mut read)?;
             }
@@ -118,104 +92,70 @@ impl Reader<'_> {
                 self.zero(channel, spec, &mut read, (*value, *unit), findings)?;
             }
             if let Some(samples) = channel.tare_samples {
-                tare(channel, samples, spec, &mut read, findings);
+                tell::tare(channel, samples, spec, &mut read, findings);
             }
             channels.insert(channel.id.clone(), read);
         }
         for derived in &self.manifest.derived {
-            let channel = self.derive(derived, spec, &channels, seconds.as_deref(), &rows.lines, findings)?;
+            let channel = self.derive(derived, spec, &channels, &streams, findings)?;
             channels.insert(derived.id.clone(), channel);
         }
-        let samples = rows.rows.len();
-        Ok(Run { id: spec.id.clone(), file: spec.file.clone(), seconds, channels, lines: rows.lines, samples })
+        Ok(Run { id: spec.id.clone(), file: spec.file.clone(), streams, channels })
     }
 
-    /// The rows of the log that belong to the run.
-    pub fn rows<'l>(&self, spec: &'l RunSpec, log: &'l TextLog) -> Result<Rows<'l>, IngestError> {
-        let file = spec.file.as_str();
-        let rows: Vec<usize> = match &spec.rows {
-            None => (0..log.rows).collect(),
-            Some((column, wanted)) => {
-                let column = self.column(column, log, spec.line)?;
-                let rows: Vec<usize> = match &column.cells {
-                    Cells::Text(cells) => (0..log.rows).filter(|&row| cells[row] == *wanted).collect(),
-                    Cells::Numbers(values) => {
-                        let wanted =
-                            csv::parse_number(wanted.trim().as_bytes(), log.layout.decimal).unwrap_or(f64::NAN);
-                        let equal = |value: f64| value.total_cmp(&wanted).is_eq() && !value.is_nan();
-                        (0..log.rows).filter(|&row| equal(values[row])).collect()
-                    }
-                    Cells::NotKept => vec![],
-                };
-                if rows.is_empty() {
-                    let mut seen: Vec<&str> = match &column.cells {
-                        Cells::Text(cells) => cells.iter().map(String::as_str).collect(),
-                        Cells::Numbers(_) | Cells::NotKept => vec![],
-                    };
-                    seen.sort_unstable();
-                    seen.dedup();
-                    let expected = format!("a text of column `{}` of {file}", column.name);
-                    return Err(self.malformed(spec.line, &expected, &shown(wanted), suggestion(wanted, seen)));
-                }
-                rows
-            }
-        };
-        let mut lines = LineMap::default();
-        for &row in &rows {
-            lines.push(log.line_of(row));
-        }
-        Ok(Rows { file, log, rows, lines })
-    }
-
-    /// A column of the log by name or number.
-    fn column<'l>(&self, column: &ColumnRef, log: &'l TextLog, line: usize) -> Result<&'l Column, IngestError> {
-        match column {
-            ColumnRef::Number(number) => log.columns.get(number - 1).ok_or_else(|| {
-                let found = format!("column {number} of {}", log.columns.len());
-                self.malformed(line, "a column of the log", &found, "count from 1".to_owned())
-            }),
-            ColumnRef::Name(name) if log.columns.iter().any(|c| c.name == format!("{name} (2)")) => {
-                let expected = "a column whose name stands once in the log";
-                let next = "name it by its number, or as `… (2)`".to_owned();
-                Err(self.malformed(line, expected, &format!("{} twice", shown(name)), next))
-            }
-            ColumnRef::Name(name) => log.columns.iter().find(|c| c.name == *name).ok_or_else(|| {
-                let known: Vec<&str> = log.columns.iter().map(|c| c.name.as_str()).collect();
-                let expected = format!("a column of the log: {}", known.join(", "));
-                self.malformed(line, &expected, &shown(name), suggestion(name, known))
-            }),
-        }
-    }
-
+    /// Time of the samples of a part: by the clock of the session, or else by the file's own.
     fn seconds(
         &self,
         run: &RunSpec,
-        rows: &Rows,
+        log: &mut Log,
+        part: &Part,
         findings: &mut Vec<Finding>,
     ) -> Result<Option<Vec<f64>>, IngestError> {
-        match &self.manifest.clock {
-            None => Ok(None),
-            Some(ClockSpec::Rate(rate)) => Ok(Some((0..rows.rows.len()).map(|i| i as f64 / rate).collect())),
-            Some(ClockSpec::Column { column, unit, line }) => {
-                let column = self.column(column, rows.log, *line)?;
-                let unit = self.unit(*unit, column, *line)?;
-                self.check(unit, Dimension::Time, *line)?;
-                let stamps: Vec<f64> =
-                    rows.numbers(column, &run.id, findings).into_iter().map(|t| unit.to_si(t)).collect();
-                let mut odd = clock_findings(&run.file, &column.name, &stamps, Some(&rows.lines));
-                if self.manifest.runs.iter().filter(|r| r.file == run.file).count() > 1 {
-                    for finding in &mut odd {
-                        finding.text = format!("run {}: {}", run.id, finding.text);
-                    }
-                }
-                findings.append(&mut odd);
-                let mut seconds = vec![f64::NAN; stamps.len()];
-                for i in forward_samples(&stamps) {
-                    seconds[i] = stamps[i];
-                }
-                Ok(Some(seconds))
+        let own = log.table(part.table).clock.map(|column| (part.table, column));
+        let (id, unit, wrap_s, line) = match &self.manifest.clock {
+            Some(ClockSpec::Rate(rate)) => {
+                return Ok(Some((0..part.samples()).map(|i| i as f64 / rate).collect()));
+            }
+            Some(ClockSpec::Column { column, unit, wrap_s, line }) => {
+                let id = log.column(column, self, *line)?;
+                // A column of one topic is no clock of another: that keeps its own.
+                if id.0 == part.table { (Some(id), *unit, *wrap_s, *line) } else { (own, None, None, *line) }
+            }
+            Some(ClockSpec::Stamp(stamp, line)) => {
+                let table = log.table(part.table);
+                let Some(column) = table.columns.iter().position(|c| c.name == stamp.column()) else {
+                    let expected = format!("`{}` in {}", stamp.column(), shown(&table.name));
+                    let next = "take another `stamp`, or name a `column`".to_owned();
+                    return Err(self.malformed(*line, &expected, "no such field", next));
+                };
+                (Some((part.table, column)), None, None, *line)
+            }
+            None => (own, None, None, 1),
+        };
+        let Some(id) = id else { return Ok(None) };
+        let unit = self.unit(unit, log.at(id), line)?;
+        self.check(unit, Dimension::Time, line)?;
+        let name = log.table(id.0).full_name(&log.at(id).name);
+        let mut stamps = log.numbers(id, part, &run.id, findings);
+        stamps.iter_mut().for_each(|t| *t = unit.to_si(*t));
+        let lines = Some(&part.lines);
+        if let Some(wrap_s) = wrap_s {
+            findings.extend(tell::unwrapped(run, &name, part, &mut stamps, wrap_s));
+        }
+        let mut odd = clock_findings(&run.file, &name, &stamps, lines);
+        if self.manifest.runs.iter().filter(|r| r.file == run.file).count() > 1 {
+            for finding in &mut odd {
+                finding.text = format!("run {}: {}", run.id, finding.text);
             }
         }
+        findings.append(&mut odd);
+        let forward = forward_samples(&stamps);
+        if forward.len() < stamps.len() {
+            let mut left = vec![f64::NAN; stamps.len()];
+            forward.iter().for_each(|&i| left[i] = stamps[i]);
+            stamps = left;
+        }
+        Ok(Some(stamps))
     }
 
     /// The unit of a column: the manifest's, else the file's.
@@ -245,37 +185,30 @@ impl Reader<'_> {
     fn channel(
         &self,
         spec: &ChannelSpec,
-        run: &RunSpec,
-        rows: &Rows,
+        source: &Source,
+        log: &mut Log,
         findings: &mut Vec<Finding>,
     ) -> Result<Channel, IngestError> {
-        let column = self.column(&spec.column, rows.log, spec.line)?;
+        let Source { run, part, id } = *source;
         let instrument = spec.instrument.as_deref().map(|id| self.instrument(id, spec)).transpose()?;
-        let logged = self.logged_unit(spec, instrument, column, run, findings)?;
-        let raw = rows.numbers(column, &run.id, findings);
-        let (unit, values_si, std_si) = match instrument {
+        let logged = self.logged_unit(spec, instrument, log.at(id), run, findings)?;
+        let mut values = log.numbers(id, part, &run.id, findings);
+        let (unit, std_si) = match instrument {
             None => {
-                let mut values: Vec<f64> = raw.iter().map(|v| logged.to_si(*v)).collect();
-                let beyond: Vec<usize> =
-                    (0..raw.len()).filter(|&i| raw[i].is_finite() && !values[i].is_finite()).collect();
+                let beyond = to_si(logged, &mut values);
                 if !beyond.is_empty() {
-                    for &i in &beyond {
-                        values[i] = f64::NAN;
-                    }
-                    findings.push(overflow(spec, run, &beyond, rows));
+                    findings.push(tell::overflow(spec, run, &beyond, part));
                 }
-                (logged, values, None)
+                (logged, None)
             }
             Some(instrument) => {
                 self.check(logged, instrument.input.dimension, spec.line)?;
-                let calibrated = calibrate(instrument, logged, &raw);
-                let refused: Vec<usize> =
-                    (0..raw.len()).filter(|&i| raw[i].is_finite() && calibrated[i].is_nan()).collect();
+                let refused = calibrate(instrument, logged, &mut values);
                 if !refused.is_empty() {
-                    findings.push(refusal(spec, run, instrument, logged, &raw, &refused, rows));
+                    findings.push(tell::refusal(spec, run, instrument, logged, &refused, part));
                 }
-                findings.extend(beyond_range(spec, run, instrument, &calibrated, rows));
-                (instrument.output, calibrated, instrument.uncertainty().map(|u| instrument.output.to_si(u)))
+                findings.extend(tell::beyond_range(spec, run, instrument, &values, part));
+                (instrument.output, instrument.uncertainty().map(|u| instrument.output.to_si(u)))
             }
         };
         if unit.dimension == Dimension::Pressure && spec.reference.is_none() {
@@ -286,7 +219,7 @@ impl Reader<'_> {
         if spec.reference == Some(PressureReference::Absolute) {
             self.check(unit, Dimension::Pressure, spec.line)?;
         }
-        Ok(Channel { unit, values_si, std_si, commanded: spec.commanded })
+        Ok(Channel { stream: 0, unit, values_si: values, std_si, commanded: spec.commanded })
     }
 
     /// The unit of what is logged: the channel's own, else the file's where it is of the instrument's kind, else the instrument's.
@@ -391,6 +324,20 @@ impl Reader<'_> {
         finding
     }
 
+    /// What is odd about the numbers of the columns that channels come from.
+    pub fn of_values(&self, log: &Log) -> Vec<Finding> {
+        let mut ids: Vec<ColumnId> = Vec::new();
+        for channel in &self.manifest.channels {
+            // A column that is not there is an error of the run that asks for it.
+            ids.extend(log.column(&channel.column, self, channel.line).ok().filter(|id| !ids.contains(id)));
+        }
+        let findings = |id: ColumnId| {
+            let table = log.table(id.0);
+            log.at(id).summary.findings(log.file, &table.full_name(&log.at(id).name), &table.lines)
+        };
+        ids.into_iter().flat_map(findings).collect()
+    }
+
     pub fn malformed(&self, line: usize, expected: &str, found: &str, next: String) -> IngestError {
         IngestError::Malformed {
             place: Place::new(&self.manifest.file, Some(line), None),
@@ -401,130 +348,36 @@ impl Reader<'_> {
     }
 }
 
-/// Logged values through an instrument, in SI units; NaN where it refuses.
-fn calibrate(instrument: &Instrument, logged: Unit, raw: &[f64]) -> Vec<f64> {
-    raw.iter()
-        .map(|&value| {
-            let x = instrument.input.from_si(logged.to_si(value));
-            if instrument.valid.is_some_and(|(min, max)| !(x >= min && x <= max)) {
-                return f64::NAN;
-            }
-            let y = match &instrument.calibration {
-                None => Some(instrument.output.from_si(instrument.input.to_si(x))),
-                Some(calibration) => calibration.apply(x),
-            };
-            y.map(|y| instrument.output.to_si(y)).filter(|si| si.is_finite()).unwrap_or(f64::NAN)
-        })
-        .collect()
-}
-
-/// The finding of samples that a calibration refuses.
-fn refusal(
-    spec: &ChannelSpec,
-    run: &RunSpec,
-    instrument: &Instrument,
-    logged: Unit,
-    raw: &[f64],
-    refused: &[usize],
-    rows: &Rows,
-) -> Finding {
-    let first: Vec<String> = refused
-        .iter()
-        .take(5)
-        .map(|&i| format!("{} {} at line {}", raw[i], logged.symbol, rows.lines.line_of(i)))
-        .collect();
-    let more = if refused.len() > 5 { ", …" } else { "" };
-    Finding {
-        kind: FindingKind::OutOfCalibration,
-        severity: Severity::Excluded,
-        file: run.file.clone(),
-        channel: Some(spec.id.clone()),
-        spans: rows.spans(refused),
-        count: refused.len(),
-        text: format!(
-            "channel `{}` of run {}: {} of {} samples lie where {} is not calibrated: {}{more}",
-            spec.id,
-            run.id,
-            refused.len(),
-            raw.len(),
-            instrument.title,
-            first.join(", ")
-        ),
+/// Converts in place; samples whose numbers are too large for SI units become holes and are returned.
+fn to_si(logged: Unit, values: &mut [f64]) -> Vec<usize> {
+    let mut beyond = Vec::new();
+    for (i, value) in values.iter_mut().enumerate() {
+        let raw = *value;
+        *value = logged.to_si(raw);
+        if raw.is_finite() && !value.is_finite() {
+            *value = f64::NAN;
+            beyond.push(i);
+        }
     }
+    beyond
 }
 
-/// Samples at or beyond what an instrument can show.
-fn beyond_range(
-    spec: &ChannelSpec,
-    run: &RunSpec,
-    instrument: &Instrument,
-    values_si: &[f64],
-    rows: &Rows,
-) -> Option<Finding> {
-    let (min, max) = instrument.range?;
-    let (low, high) = (instrument.output.to_si(min), instrument.output.to_si(max));
-    let outside: Vec<usize> = (0..values_si.len()).filter(|&i| values_si[i] < low || values_si[i] > high).collect();
-    let first = *outside.first()?;
-    Some(Finding {
-        kind: FindingKind::OutOfRange,
-        severity: Severity::Note,
-        file: run.file.clone(),
-        channel: Some(spec.id.clone()),
-        spans: rows.spans(&outside),
-        count: outside.len(),
-        text: format!(
-            "channel `{}` of run {}: {} samples lie beyond the range of {}, {min} to {max} {}, the first at line {}",
-            spec.id,
-            run.id,
-            outside.len(),
-            instrument.title,
-            instrument.output.symbol,
-            rows.lines.line_of(first)
-        ),
-    })
-}
-
-/// The finding of numbers that are not finite in SI.
-fn overflow(spec: &ChannelSpec, run: &RunSpec, beyond: &[usize], rows: &Rows) -> Finding {
-    let first = beyond.first().map_or(0, |&i| rows.lines.line_of(i));
-    Finding {
-        kind: FindingKind::Overflow,
-        severity: Severity::Excluded,
-        file: run.file.clone(),
-        channel: Some(spec.id.clone()),
-        spans: rows.spans(beyond),
-        count: beyond.len(),
-        text: format!(
-            "channel `{}` of run {}: {} numbers are too large for SI units, the first at line {first}",
-            spec.id,
-            run.id,
-            beyond.len()
-        ),
+/// Logged values through an instrument, in SI units; NaN where it refuses, and those samples with what was logged.
+fn calibrate(instrument: &Instrument, logged: Unit, values: &mut [f64]) -> Vec<(usize, f64)> {
+    let mut refused = Vec::new();
+    for (i, value) in values.iter_mut().enumerate() {
+        let raw = *value;
+        let x = instrument.input.from_si(logged.to_si(raw));
+        let valid = instrument.valid.is_none_or(|(min, max)| x >= min && x <= max);
+        let y = match &instrument.calibration {
+            _ if !valid => None,
+            None => Some(instrument.output.from_si(instrument.input.to_si(x))),
+            Some(calibration) => calibration.apply(x),
+        };
+        *value = y.map(|y| instrument.output.to_si(y)).filter(|si| si.is_finite()).unwrap_or(f64::NAN);
+        if raw.is_finite() && value.is_nan() {
+            refused.push((i, raw));
+        }
     }
-}
-
-/// Takes the mean of the first samples as zero, and says so; without a number among them the whole channel is holes.
-fn tare(spec: &ChannelSpec, samples: usize, run: &RunSpec, channel: &mut Channel, findings: &mut Vec<Finding>) {
-    let first: Vec<f64> = channel.values_si.iter().copied().take(samples).filter(|v| v.is_finite()).collect();
-    let zero = first.iter().sum::<f64>() / first.len() as f64;
-    channel.values_si.iter_mut().for_each(|v| *v -= zero);
-    let name = format!("channel `{}` of run {}", spec.id, run.id);
-    let (severity, count, text) = if first.is_empty() {
-        let text = format!("{name}: none of its first {samples} samples is a number, so it has no zero");
-        (Severity::Excluded, channel.values_si.len(), text)
-    } else {
-        let at = channel.unit.from_si(zero);
-        let text =
-            format!("{name}: zero is the mean of its first {} samples, {at} {}", first.len(), channel.unit.symbol);
-        (Severity::Note, first.len(), text)
-    };
-    findings.push(Finding {
-        kind: FindingKind::Tared,
-        severity,
-        file: run.file.clone(),
-        channel: Some(spec.id.clone()),
-        spans: vec![],
-        count,
-        text,
-    });
+    refused
 }

@@ -151,7 +151,8 @@ pub fn read_raw(raw: &RawFile, options: &CsvOptions, _keep: Keep) -> Result<Reco
 impl From<TextLog> for Recording {
     fn from(log: TextLog) -> Self {
         let TextLog { layout, columns, rows, lines, findings, metadata } = log;
-        let table = Table { name: String::new(), schema: None, columns, rows, lines, clock: None };
+        let table =
+            Table { name: String::new(), schema: None, columns, rows, lines, clock: None, decimal: layout.decimal };
         Self {
             format: "delimited text",
             tables: vec![table],

@@ -13,7 +13,8 @@ use super::{check_id, check_schema};
 use crate::digest;
 use crate::document::Document;
 use crate::error::{IngestError, shown};
-use crate::formats::csv::CsvOptions;
+use crate::formats::Options;
+pub use crate::recording::ColumnRef;
 use crate::units::{Dimension, Unit};
 
 /// What `pneuval init` writes where only the user knows.
@@ -46,8 +47,8 @@ pub struct SessionManifest {
     /// The share of samples that may be excluded before the session is left open.
     pub excluded_share_max: f64,
     /// How logs are written; what is absent is found out from the file.
-    pub reader: CsvOptions,
-    /// Where time comes from; without it rows are states, not moments.
+    pub reader: Options,
+    /// Where time comes from; without it the file's own clock counts, and where there is none, rows are states, not moments.
     pub clock: Option<ClockSpec>,
     /// Channels, in the order of the file.
     pub channels: Vec<ChannelSpec>,
@@ -79,15 +80,6 @@ pub struct Specimen {
     pub cycles_before: Option<u64>,
 }
 
-/// A column of a log, by name or by number from 1.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum ColumnRef {
-    /// As in the header.
-    Name(String),
-    /// From the left, the first is 1.
-    Number(usize),
-}
-
 /// Where time comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ClockSpec {
@@ -97,11 +89,38 @@ pub enum ClockSpec {
         column: ColumnRef,
         /// Its unit; the file's where absent.
         unit: Option<Unit>,
+        /// A counter starts anew from zero behind this time, in s.
+        wrap_s: Option<f64>,
         /// Line of the file.
         line: usize,
     },
     /// A stated rate, in Hz.
     Rate(f64),
+    /// One of the stamps that every message of a bag has.
+    Stamp(Stamp, usize),
+}
+
+/// The stamps of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stamp {
+    /// What the sender wrote into it: when it was measured.
+    Header,
+    /// When it was sent.
+    Publish,
+    /// When the recorder had it.
+    Log,
+}
+
+impl Stamp {
+    /// The column that holds it.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Header => "header.stamp",
+            Self::Publish => "publish_time",
+            Self::Log => "log_time",
+        }
+    }
 }
 
 /// Gauge or absolute.
@@ -202,6 +221,15 @@ pub struct ResponseSpec {
     pub line: usize,
 }
 
+impl ResponseSpec {
+    /// The channels that it needs: pressures, what is measured, conditions.
+    pub fn channels(&self) -> impl Iterator<Item = &str> {
+        let pressures = self.pressure.iter().map(|(channel, _)| channel.as_str());
+        let conditions = self.conditions.iter().map(|condition| condition.channel.as_str());
+        pressures.chain(self.measured.iter().map(String::as_str)).chain(conditions)
+    }
+}
+
 /// A channel that is set beside the pressure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConditionSpec {
@@ -283,7 +311,7 @@ impl SessionManifest {
             specimen: raw.specimen,
             notes: raw.notes,
             excluded_share_max: excluded.unwrap_or(EXCLUDED_SHARE_MAX),
-            reader: raw.reader.options(),
+            reader: raw.reader.options(&document)?,
             clock: raw.clock.as_ref().map(|clock| clock.get_ref().checked(&document, clock)).transpose()?,
             channels,
             derived,
@@ -295,13 +323,30 @@ impl SessionManifest {
         })
     }
 
+    /// The column of the clock, if it is one.
+    pub fn clock_column(&self) -> Option<&ColumnRef> {
+        match &self.clock {
+            Some(ClockSpec::Column { column, .. }) => Some(column),
+            _ => None,
+        }
+    }
+
+    /// The files of the runs, each once, in the order of the manifest.
+    pub fn files(&self) -> Vec<&str> {
+        let mut files: Vec<&str> = Vec::new();
+        for run in &self.runs {
+            if !files.contains(&run.file.as_str()) {
+                files.push(&run.file);
+            }
+        }
+        files
+    }
+
     /// The channels that responses need, with those behind derived ones.
     pub fn required(&self) -> Vec<&str> {
         let mut needed: Vec<&str> = Vec::new();
         for response in &self.responses {
-            needed.extend(response.pressure.iter().map(|(channel, _)| channel.as_str()));
-            needed.extend(response.measured.iter().map(String::as_str));
-            needed.extend(response.conditions.iter().map(|c| c.channel.as_str()));
+            needed.extend(response.channels());
         }
         // Derived channels come from channels before them.
         for derived in self.derived.iter().rev() {

@@ -6,14 +6,16 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{
-    ChannelSpec, ClockSpec, ColumnRef, ConditionSpec, DerivedRule, DerivedSpec, PointRule, PressureReference,
-    ResponseSpec, RunSpec, Specimen,
+    ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PointRule, PressureReference, ResponseSpec,
+    RunSpec, Specimen, Stamp,
 };
 use crate::document::{Document, finite, parse_unit};
 use crate::error::{IngestError, shown, suggestion};
 use crate::formats::csv::{self, CsvOptions};
+use crate::formats::{Format, Options};
 use crate::manifest::comparison::{OneOrMany, RawComparison, RawQuantity, check_width};
 use crate::manifest::{check_id, check_inside, is_id};
+use crate::recording::ColumnRef;
 use crate::units::Dimension;
 
 #[derive(Deserialize)]
@@ -83,6 +85,7 @@ impl RawAmount {
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawReader {
+    format: Option<Spanned<String>>,
     delimiter: Option<Delimiter>,
     decimal: Option<Decimal>,
     header: Option<Header>,
@@ -139,7 +142,9 @@ enum RawColumn {
 pub(super) struct RawClock {
     column: Option<Spanned<RawColumn>>,
     unit: Option<Spanned<String>>,
+    wrap: Option<Spanned<RawAmount>>,
     rate: Option<RawAmount>,
+    stamp: Option<Stamp>,
 }
 
 #[derive(Deserialize)]
@@ -236,7 +241,17 @@ enum PointSource {
 }
 
 impl RawReader {
-    pub fn options(&self) -> CsvOptions {
+    pub fn options(&self, document: &Document) -> Result<Options, IngestError> {
+        let known = |name: &Spanned<String>| {
+            Format::ALL.into_iter().find(|format| format.id() == name.get_ref()).ok_or_else(|| {
+                let next = suggestion(name.get_ref(), Format::ALL.map(Format::id));
+                document.malformed(name.span(), "a format that is read", shown(name.get_ref()), next)
+            })
+        };
+        Ok(Options { format: self.format.as_ref().map(known).transpose()?, csv: self.csv() })
+    }
+
+    fn csv(&self) -> CsvOptions {
         CsvOptions {
             delimiter: self.delimiter.map(|d| match d {
                 Delimiter::Comma => b',',
@@ -281,8 +296,14 @@ fn column(document: &Document, raw: &Spanned<RawColumn>) -> Result<ColumnRef, In
 
 impl RawClock {
     pub fn checked<T>(&self, document: &Document, all: &Spanned<T>) -> Result<ClockSpec, IngestError> {
-        match (&self.column, &self.rate) {
-            (Some(name), None) => Ok(ClockSpec::Column {
+        let line = document.line_of(all.span().start);
+        if let Some(wrap) = self.wrap.as_ref().filter(|_| self.column.is_none()) {
+            let next = "remove it, or name the column of the counter";
+            return Err(document.malformed(wrap.span(), "`wrap` beside `column`", "no `column`", next));
+        }
+        match (&self.column, &self.rate, self.stamp) {
+            (None, None, Some(stamp)) => Ok(ClockSpec::Stamp(stamp, line)),
+            (Some(name), None, None) => Ok(ClockSpec::Column {
                 column: column(document, name)?,
                 unit: self
                     .unit
@@ -296,12 +317,13 @@ impl RawClock {
                         Err(document.malformed(unit.span(), Dimension::Time.name(), found, "correct the unit"))
                     })
                     .transpose()?,
+                wrap_s: self.wrap.as_ref().map(|wrap| wrap.get_ref().checked(document, Dimension::Time)).transpose()?,
                 line: document.line_of(name.span().start),
             }),
-            (None, Some(rate)) => Ok(ClockSpec::Rate(rate.checked(document, Dimension::Frequency)?)),
+            (None, Some(rate), None) => Ok(ClockSpec::Rate(rate.checked(document, Dimension::Frequency)?)),
             _ => {
-                let expected = "either `column` (with `unit`) or `rate`";
-                Err(document.malformed(all.span(), expected, "both or none", "keep one"))
+                let expected = "one of `column` (with `unit`), `rate` and `stamp`";
+                Err(document.malformed(all.span(), expected, "several or none", "keep one"))
             }
         }
     }
