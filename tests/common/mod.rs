@@ -3,6 +3,8 @@
 // Every test binary compiles this file and uses a part of it.
 #![allow(dead_code)]
 
+pub mod sitting;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

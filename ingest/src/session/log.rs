@@ -170,7 +170,9 @@ impl<'a> Log<'a> {
         }
         let mut chosen_lines = LineMap::default();
         if lines.rows() > 0 {
-            chosen.iter().for_each(|&row| chosen_lines.push(lines.line_of(row)));
+            for &row in &chosen {
+                chosen_lines.push(lines.line_of(row));
+            }
         }
         Ok(Part { table, rows: Rows::Some(chosen), lines: chosen_lines })
     }

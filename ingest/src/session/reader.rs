@@ -137,7 +137,9 @@ impl Reader<'_> {
         self.check(unit, Dimension::Time, line)?;
         let name = log.table(id.0).full_name(&log.at(id).name);
         let mut stamps = log.numbers(id, part, &run.id, findings);
-        stamps.iter_mut().for_each(|t| *t = unit.to_si(*t));
+        for stamp in &mut stamps {
+            *stamp = unit.to_si(*stamp);
+        }
         let lines = Some(&part.lines);
         if let Some(wrap_s) = wrap_s {
             findings.extend(tell::unwrapped(run, &name, part, &mut stamps, wrap_s));
