@@ -29,6 +29,10 @@ pub enum Command {
     Validate(Validate),
     /// Look at the logs in a folder and write a first session.toml
     Init(Init),
+    /// Say what a raw file holds: channels, units, rates, damage
+    Inspect(Inspect),
+    /// Read the raw files of sessions into Parquet tables
+    Ingest(Ingest),
     /// Judge stored results again; the exit code is the verdict
     Gate(Gate),
     /// Draw the report again from stored numbers
@@ -81,6 +85,42 @@ pub struct Init {
     #[arg(long, value_name = "ID")]
     pub actuator: Option<String>,
     /// Print what was done as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Say what a raw file holds: channels, units, rates, gaps, damage; and how a session.toml would name it.
+///
+/// The format is found out from the bytes. Nothing is written, and large files are looked at in little memory.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval inspect run-1.csv\n  pneuval inspect bag/ --json\n\nExit codes: 0 all was read, 3 data are lost (a cut file, a wrong checksum), 4 the file cannot be used."
+)]
+pub struct Inspect {
+    /// Raw files, or folders of a ROS 2 bag
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Read the raw files of sessions into Parquet tables, and tell what is odd about them.
+///
+/// A table holds the samples that share a clock: `time_s` and the channels, in SI units. session.json beside them says what they are,
+/// where they come from and what was found. Only files that have changed are read again.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval ingest monday\n  pneuval ingest lab --store /data/store\n\nThe store is <session>/.pneuval, or the user's cache where that cannot be written.\nExit codes: 0 all was read, 3 data are lost or too many samples excluded, 4 no file can be used."
+)]
+pub struct Ingest {
+    /// Sessions, or folders of them
+    #[arg(required = true)]
+    pub paths: Vec<PathBuf>,
+    /// Store below this folder, one folder for each session
+    #[arg(long, value_name = "FOLDER")]
+    pub store: Option<PathBuf>,
+    /// Print what is stored as JSON
     #[arg(long)]
     pub json: bool,
 }

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use pneuval_ingest::draft::{self, Draft};
-use pneuval_ingest::formats::csv::{self, CsvOptions, TextLog};
+use pneuval_ingest::formats::{self, Format, Options};
+use pneuval_ingest::raw::RawFile;
+use pneuval_ingest::recording::{Keep, Recording};
 use pneuval_ingest::{IngestError, limits, manifest};
 
 use crate::cli::Init;
@@ -15,7 +17,7 @@ use crate::exit::{Failure, Outcome};
 use crate::output;
 
 /// A log and its file name.
-type Named = (String, TextLog);
+type Named = (String, Recording);
 
 /// Endings of files that may be logs.
 const ENDINGS: [&str; 5] = ["csv", "tsv", "txt", "log", "dat"];
@@ -107,9 +109,7 @@ fn logs(folder: &Path) -> Result<(Vec<Named>, Vec<String>), Failure> {
                 .push(format!("{}: its name is not UTF-8, and no manifest could name it; rename it", path.display()));
             continue;
         };
-        let read =
-            limits::read(&path, limits::LOG_BYTES_MAX).and_then(|b| csv::read(&name, &b, &CsvOptions::default()));
-        match read {
+        match recording(&path, &name) {
             Ok(log) => logs.push((name, log)),
             Err(error) => left_out.push(error.to_string().lines().map(str::trim).collect::<Vec<_>>().join("; ")),
         }
@@ -117,16 +117,26 @@ fn logs(folder: &Path) -> Result<(Vec<Named>, Vec<String>), Failure> {
     Ok((logs, left_out))
 }
 
+/// A log, looked at: of text every cell, which may name runs; of a bag, which may be large, the summaries.
+fn recording(path: &Path, name: &str) -> Result<Recording, IngestError> {
+    let raw = RawFile::open(path, name, limits::LOG_BYTES_MAX)?;
+    let options = Options::default();
+    let keep = if formats::detect(&raw)? == Format::Csv { Keep::All } else { Keep::Nothing };
+    formats::read(&raw, &options, keep)
+}
+
 /// The largest group of logs that share a layout, and the names of the others. Of equal groups the one with more rows: a log
 /// beside the table of a model; then the first.
 fn of_one_layout(logs: Vec<Named>) -> (Vec<Named>, Vec<String>) {
-    let columns = |log: &TextLog| -> Vec<(String, Option<String>, bool)> {
-        log.columns.iter().map(|c| (c.name.clone(), c.unit.clone(), c.cells.numbers().is_some())).collect()
+    let columns = |log: &Recording| -> Vec<(String, Option<String>, bool)> {
+        let all = log.tables.iter().flat_map(|table| table.columns.iter().map(move |column| (table, column)));
+        all.map(|(t, c)| (t.full_name(&c.name), c.unit.clone(), c.summary.samples > 0)).collect()
     };
-    let alike = |a: &TextLog, b: &TextLog| columns(a) == columns(b);
+    let rows = |log: &Recording| log.tables.iter().map(|table| table.rows).sum::<usize>();
+    let alike = |a: &Recording, b: &Recording| columns(a) == columns(b);
     let size = |i: usize| {
         let group = logs.iter().filter(|(_, log)| alike(log, &logs[i].1));
-        group.fold((0_usize, 0_usize), |(files, rows), (_, log)| (files + 1, rows + log.rows))
+        group.fold((0_usize, 0_usize), |(files, total), (_, log)| (files + 1, total + rows(log)))
     };
     // The first of equal size: max_by_key takes the last.
     let Some(best) = (0..logs.len()).rev().max_by_key(|&i| size(i)) else { return (vec![], vec![]) };

@@ -3,7 +3,9 @@
 mod cli;
 mod exit;
 mod gate;
+mod ingest;
 mod init;
+mod inspect;
 mod materials;
 mod models;
 mod output;
@@ -22,6 +24,8 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Ingest(arguments) => ingest::run(&arguments),
         Command::Gate(arguments) => gate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),

@@ -81,3 +81,43 @@ pub fn plain<S: AsRef<str>>(headers: &[S], right: &[usize]) -> Table {
     }
     table
 }
+
+/// A rate to four digits.
+pub fn hertz(rate: f64) -> String {
+    format!("{} Hz", number(rate))
+}
+
+/// A number to six digits, with an exponent where it is very small or very large.
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-4..1e7).contains(&size) {
+        return format!("{value:.4e}");
+    }
+    // Between 1e-4 and 1e7 the logarithm is small.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let decimals = (5.0 - size.log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A length in bytes.
+pub fn bytes(count: u64) -> String {
+    match count {
+        0..1_000 => format!("{count} B"),
+        1_000..1_000_000 => format!("{:.1} kB", count as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", count as f64 / 1e6),
+        _ => format!("{:.2} GB", count as f64 / 1e9),
+    }
+}
+
+/// A line that one can read.
+pub fn cut(line: &str) -> String {
+    const LETTERS_MAX: usize = 120;
+    if line.chars().count() <= LETTERS_MAX {
+        return line.to_owned();
+    }
+    line.chars().take(LETTERS_MAX).chain(['…']).collect()
+}

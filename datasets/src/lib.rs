@@ -158,6 +158,30 @@ impl Described {
         }
     }
 
+    /// The manifest and the rig, if it is a session.
+    pub fn session(&self) -> Option<(&SessionManifest, Option<&Rig>)> {
+        match &self.data {
+            Written::Published(_) => None,
+            Written::Session(manifest, rig) => Some((manifest, rig.as_ref())),
+        }
+    }
+
+    /// Its folder; `None` for what is embedded.
+    pub fn folder(&self) -> Option<&Path> {
+        match &self.folder {
+            Folder::Disk(folder) => Some(folder),
+            Folder::Embedded(_) => None,
+        }
+    }
+
+    /// A raw log that it names.
+    ///
+    /// # Errors
+    /// [`IngestError::Read`] if it is not there, or a link leads out of the folder.
+    pub fn open_log(&self, name: &str) -> Result<RawFile<'static>, IngestError> {
+        self.folder.open_log(name)
+    }
+
     /// Reads the logs.
     fn load(self) -> Result<Found, IngestError> {
         let data = match self.data {

@@ -5,10 +5,13 @@
 
 mod clock;
 
+use serde::{Deserialize, Serialize};
+
 pub use clock::{clock_findings, forward_samples, median_rate_hz, median_step};
 
 /// What a finding means for the samples it names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Severity {
     /// Everything is kept; it is worth knowing.
     Note,
@@ -30,7 +33,8 @@ impl Severity {
 }
 
 /// What was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum FindingKind {
     /// Bytes that are not the text encoding they should be.
@@ -116,7 +120,7 @@ impl FindingKind {
 }
 
 /// A run of neighbouring samples and the lines they stand on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Span {
     /// First sample, from 0. Where lines are meant that hold no sample: the sample that follows them.
     pub first_sample: usize,
@@ -145,7 +149,7 @@ pub fn extend(spans: &mut Vec<Span>, span: Span) {
 }
 
 /// Something odd about recorded data.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     /// What.
     pub kind: FindingKind,

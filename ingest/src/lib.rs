@@ -17,8 +17,9 @@
 //! | [`calibration`] | from what an instrument puts out to what it measures |
 //! | [`draft`] | a first description of logs nobody has described |
 //! | [`session`] | logs to channels in SI units, with findings |
+//! | [`inspect`] | what a raw file holds, looked at in little memory |
 //! | [`limits`] | sizes checked before anything is read |
-//! | [`store`] | Parquet; the only module that sees polars |
+//! | [`store`] | Parquet and `session.json`; the only module that sees polars |
 //! | [`digest`] | SHA-256, as `sha256sum` prints it |
 
 pub mod calibration;
@@ -28,6 +29,7 @@ pub mod draft;
 pub mod error;
 pub mod finding;
 pub mod formats;
+pub mod inspect;
 pub mod limits;
 pub mod manifest;
 pub mod number;

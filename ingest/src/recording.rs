@@ -4,7 +4,7 @@
 
 use crate::finding::{Finding, LineMap};
 use crate::formats::csv::Decimal;
-use crate::watch::{Summary, Watch};
+use crate::watch::{ClockSummary, ClockWatch, Summary, Watch};
 
 /// What was read from a raw file.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +53,8 @@ pub struct Column {
     pub cells: Cells,
     /// What can be said of its numbers without keeping them.
     pub summary: Summary,
+    /// The same of a column that is, or seems to be, a clock.
+    pub clock: Option<ClockSummary>,
 }
 
 /// The cells of a column.
@@ -105,11 +107,17 @@ impl Column {
         if let Cells::Numbers(numbers) = &cells {
             watch.block(numbers);
         }
-        Self { name: name.to_owned(), unit: unit.map(str::to_owned), cells, summary: watch.finish() }
+        Self { name: name.to_owned(), unit: unit.map(str::to_owned), cells, summary: watch.finish(), clock: None }
     }
 }
 
 impl Table {
+    /// The column that is its clock: as the format says, or else the first that seems to be one.
+    pub fn time(&self) -> Option<&Column> {
+        let own = self.clock.and_then(|clock| self.columns.get(clock));
+        own.or_else(|| self.columns.iter().find(|column| column.clock.as_ref().is_some_and(ClockSummary::is_forward)))
+    }
+
     /// The column of a name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|c| c.name == name)
@@ -174,6 +182,8 @@ pub struct Builder {
     watched: usize,
     keep: bool,
     watch: Watch,
+    /// Of a clock: what one of its units is in s.
+    clock: Option<(f64, ClockWatch)>,
 }
 
 /// Numbers watched at once.
@@ -183,6 +193,11 @@ impl Builder {
     /// An empty column.
     pub fn new(keep: bool) -> Self {
         Self { keep, ..Self::default() }
+    }
+
+    /// An empty column of stamps, in units of so many seconds.
+    pub fn clock(keep: bool, unit_s: f64) -> Self {
+        Self { keep, clock: Some((unit_s, ClockWatch::default())), ..Self::default() }
     }
 
     /// Adds a number; NaN is a hole.
@@ -213,7 +228,17 @@ impl Builder {
 
     #[cold]
     fn flush(&mut self) {
-        self.watch.block(&self.values[self.watched..]);
+        let block = &self.values[self.watched..];
+        self.watch.block(block);
+        if let Some((unit_s, clock)) = &mut self.clock {
+            let mut seconds = [0.0; BLOCK];
+            for block in block.chunks(BLOCK) {
+                for (second, stamp) in seconds.iter_mut().zip(block) {
+                    *second = stamp * *unit_s;
+                }
+                clock.block(&seconds[..block.len()]);
+            }
+        }
         if self.keep {
             self.watched = self.values.len();
         } else {
@@ -225,6 +250,7 @@ impl Builder {
     pub fn finish(mut self, name: String, unit: Option<String>) -> Column {
         self.flush();
         let cells = if self.keep { Cells::Numbers(self.values) } else { Cells::NotKept };
-        Column { name, unit, cells, summary: self.watch.finish() }
+        let clock = self.clock.map(|(_, clock)| clock.finish());
+        Column { name, unit, cells, summary: self.watch.finish(), clock }
     }
 }

@@ -154,7 +154,9 @@ impl Reader<'_> {
         let forward = forward_samples(&stamps);
         if forward.len() < stamps.len() {
             let mut left = vec![f64::NAN; stamps.len()];
-            forward.iter().for_each(|&i| left[i] = stamps[i]);
+            for &i in &forward {
+                left[i] = stamps[i];
+            }
             stamps = left;
         }
         Ok(Some(stamps))

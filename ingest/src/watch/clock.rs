@@ -36,6 +36,11 @@ impl ClockWatch {
 }
 
 impl ClockSummary {
+    /// Whether there are several stamps and they go forward.
+    pub fn is_forward(&self) -> bool {
+        self.span.is_some_and(|(first, last)| last > first)
+    }
+
     /// What is odd about the clock, as findings of a column of a file.
     pub fn findings(&self, _file: &str, _column: &str, _lines: &LineMap) -> Vec<Finding> {
         vec![]

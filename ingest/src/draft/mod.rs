@@ -3,24 +3,23 @@
 //!
 //! Every guess is marked as one in a comment. The drafts read as they are, but for the actuator's id.
 
+mod parts;
+mod text;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use crate::finding::median_step;
-use crate::formats::csv::TextLog;
+use parts::{Part, bare, parts, take_clock, take_pressure};
+use text::{ACTUATOR, COMPARISONS, bounds, one_line, quoted, rig, slug, titled, unique};
+
 use crate::manifest::TO_FILL_IN;
-use crate::recording::{Cells, Column};
-use crate::units::{Dimension, Unit};
+use crate::recording::{Cells, Column, Recording};
+use crate::units::Dimension;
 
 /// Values of a text column that may name runs: fewer is one run, more is something else.
 const RUNS_MAX: usize = 200;
 /// Samples beyond which a log without a clock is no list of steady states.
 const STATES_MAX: usize = 20_000;
-/// Letters of an id: room is left for what a user adds.
-const ID_LETTERS_MAX: usize = 60;
-/// Names of pressures and of time, by which columns are told.
-const PRESSURES: [&str; 6] = ["p", "pressure", "press", "druck", "kpa", "bar"];
-const TIMES: [&str; 8] = ["t", "time", "timestamp", "stamp", "seconds", "elapsed", "zeit", "millis"];
 
 /// The files of a first description.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,40 +36,19 @@ pub struct Draft {
     pub guesses: Vec<String>,
 }
 
-/// A column with the part it seems to play.
-struct Part<'a> {
-    column: &'a Column,
-    /// From 1.
-    number: usize,
-    /// A channel's id.
-    id: String,
-    unit: Option<Unit>,
-}
-
-impl Part<'_> {
-    /// How the manifest names the column: by number where the header has no name of its own.
-    fn reference(&self) -> String {
-        if self.column.name == format!("column {}", self.number) {
-            self.number.to_string()
-        } else {
-            quoted(&self.column.name)
-        }
-    }
-}
-
 /// Drafts the description of logs of one layout; `None` if they hold fewer than two columns of numbers beside the time.
 ///
 /// `logs` are file names and contents, `actuator` the id if the user has said it, `chamber` its chamber if that is known.
-pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>, chamber: Option<&str>) -> Option<Draft> {
+pub fn draft(id: &str, logs: &[(String, Recording)], actuator: Option<&str>, chamber: Option<&str>) -> Option<Draft> {
     let (_, first) = logs.first()?;
     let mut guesses = Vec::new();
     let mut parts = parts(logs, &mut guesses);
-    let clock = take_clock(&mut parts, first, &mut guesses);
+    let clock = take_clock(&mut parts, &mut guesses);
     if parts.len() < 2 {
         return None;
     }
     let pressure = take_pressure(&mut parts, &mut guesses);
-    let samples: usize = logs.iter().map(|(_, log)| log.rows).sum();
+    let samples: usize = logs.iter().flat_map(|(_, log)| &log.tables).map(|table| table.rows).sum();
     let rig_needed = pressure.unit.is_some_and(|unit| unit.dimension != Dimension::Pressure);
 
     let mut out = String::from("schema = 1\n");
@@ -84,21 +62,23 @@ pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>, chamb
     let hash = if rig_needed { "" } else { "# " };
     let _ = writeln!(out, "{hash}rig = \"bench\"  # the id of a rig.toml, if channels name instruments");
     out += "# date = \"2026-01-31\"\n# operator = \"\"\n# specimen = { serial = \"\", material_batch = \"\", cure = \"\", cycles_before = 0 }\n";
-    let layout = &first.layout;
-    out +=
-        "\n# How the logs were read. To override: [reader] with delimiter, decimal, header, skip_lines or comment.\n";
-    for reason in &layout.reasons {
+    let _ = writeln!(
+        out,
+        "\n# How the logs were read: {}. To override: [reader] with format, and for text delimiter, decimal, header, skip_lines or\n# comment.",
+        first.format
+    );
+    for reason in &first.reasons {
         let _ = writeln!(out, "#   {}", one_line(reason));
     }
-    write_clock(&mut out, clock.as_ref(), samples, &mut guesses);
+    let own_clock = pressure.table.clock.is_some();
+    write_clock(&mut out, clock.as_ref(), &pressure, samples, &mut guesses);
     write_channels(&mut out, &pressure, &parts, &mut guesses);
     write_runs(&mut out, logs, &mut guesses);
     write_responses(
         &mut out,
         &pressure,
         &parts,
-        clock.is_some() || samples > STATES_MAX,
-        logs,
+        own_clock || clock.is_some() || samples > STATES_MAX,
         chamber.unwrap_or("chamber"),
     );
     out += COMPARISONS;
@@ -111,114 +91,36 @@ pub fn draft(id: &str, logs: &[(String, TextLog)], actuator: Option<&str>, chamb
     })
 }
 
-/// The columns of numbers; one without any number in all logs is told and left out.
-fn parts<'a>(logs: &'a [(String, TextLog)], guesses: &mut Vec<String>) -> Vec<Part<'a>> {
-    let (mut ids, mut parts) = (BTreeSet::new(), Vec::new());
-    let columns = logs.first().map_or(&[][..], |(_, log)| &log.columns);
-    for (i, column) in columns.iter().enumerate().filter(|(_, column)| column.cells.numbers().is_some()) {
-        if !numbers_of(logs, i).any(f64::is_finite) {
-            guesses.push(format!("{} is left out: it holds no number in any log", one_line(&column.name)));
-            continue;
-        }
-        let unit = column.unit.as_deref().and_then(Unit::parse_loose).map(|(unit, _)| unit);
-        let id = unique(&slug(bare(column), i + 1), &mut ids);
-        parts.push(Part { column, number: i + 1, id, unit });
+/// How a session would name what a file holds: its clock, channels and run. `inspect` shows it.
+pub fn block(file: &str, recording: &Recording) -> String {
+    let logs = [(file.to_owned(), recording.clone())];
+    let mut guesses = Vec::new();
+    let mut parts = parts(&logs, &mut guesses);
+    let clock = take_clock(&mut parts, &mut guesses);
+    let mut out = String::new();
+    if let Some(clock) = &clock {
+        write_clock(&mut out, Some(clock), clock, 0, &mut guesses);
+        out.push('\n');
     }
-    parts
-}
-
-/// The cells of a column in all logs.
-fn numbers_of(logs: &[(String, TextLog)], column: usize) -> impl Iterator<Item = f64> {
-    logs.iter().filter_map(move |(_, log)| log.columns.get(column)?.cells.numbers()).flatten().copied()
-}
-
-/// The id, or where it is taken, the first free of `-2`, `-3` and so on behind it, cut to fit.
-fn unique(id: &str, taken: &mut BTreeSet<String>) -> String {
-    let (mut free, mut copy) = (id.to_owned(), 1);
-    while !taken.insert(free.clone()) {
-        copy += 1;
-        let ending = format!("-{copy}");
-        let room = id.len().min(ID_LETTERS_MAX - ending.len());
-        // Ids are ASCII.
-        free = format!("{}{ending}", id.get(..room).unwrap_or(id).trim_end_matches('-'));
+    if !parts.is_empty() {
+        let pressure = take_pressure(&mut parts, &mut guesses);
+        write_channels(&mut out, &pressure, &parts, &mut guesses);
     }
-    free
+    // Writing to a String cannot fail.
+    let _ = writeln!(out, "\n[[run]]\nfile = {}", quoted(file));
+    out.trim_start().to_owned()
 }
 
-/// The name of a column without the unit behind it: in brackets, or after `_` or `/`.
-fn bare(column: &Column) -> &str {
-    let name = column.name.trim();
-    let cut = |open: char| name.rsplit_once(open).map(|(head, _)| head.trim());
-    let head = match (&column.unit, name.chars().last()) {
-        (Some(_), Some(')')) => cut('('),
-        (Some(_), Some(']')) => cut('['),
-        (Some(unit), _) => name.strip_suffix(unit.as_str()).and_then(|head| {
-            let head = head.trim_end();
-            head.strip_suffix('_').or_else(|| head.strip_suffix('/')).map(str::trim)
-        }),
-        _ => None,
-    };
-    head.filter(|head| !head.is_empty()).unwrap_or(name)
-}
-
-/// A name as a title: its first letter is a capital.
-fn titled(name: &str) -> String {
-    let mut letters = name.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// Words of a name in lower case.
-fn words(name: &str) -> Vec<String> {
-    let lower = name.to_lowercase();
-    lower.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).map(str::to_owned).collect()
-}
-
-fn named(part: &Part, names: &[&str]) -> bool {
-    words(&part.column.name).iter().any(|word| names.contains(&word.as_str()))
-}
-
-/// Takes the column of stamps out of the parts: by unit, by name, or the first if it only rises.
-fn take_clock<'a>(parts: &mut Vec<Part<'a>>, log: &TextLog, guesses: &mut Vec<String>) -> Option<Part<'a>> {
-    let rises = |part: &Part| {
-        let numbers = part.column.cells.numbers().unwrap_or_default();
-        numbers.len() > 20 && numbers.windows(2).all(|pair| pair[1] > pair[0])
-    };
-    let by_unit = |part: &Part| part.unit.is_some_and(|unit| unit.dimension == Dimension::Time);
-    let unnamed = log.layout.names.is_none();
-    let i = parts
-        .iter()
-        .position(by_unit)
-        .or_else(|| parts.iter().position(|p| p.unit.is_none() && named(p, &TIMES)))
-        .or_else(|| parts.iter().position(|p| unnamed && p.number == 1 && rises(p)))?;
-    let part = parts.remove(i);
-    guesses.push(format!("{} is taken for the time", part.column.name));
-    Some(part)
-}
-
-/// Takes the pressure out of the parts: by unit, by name, or the first.
-fn take_pressure<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<String>) -> Part<'a> {
-    let by_unit = |part: &Part| part.unit.is_some_and(|unit| unit.dimension == Dimension::Pressure);
-    let found = parts
-        .iter()
-        .position(|p| by_unit(p) && named(p, &PRESSURES))
-        .or_else(|| parts.iter().position(by_unit))
-        .or_else(|| parts.iter().position(|p| named(p, &PRESSURES)));
-    let mut part = parts.remove(found.unwrap_or(0));
-    if found.is_none() {
-        guesses.push(format!("{} is taken for the pressure: no column is named so", part.column.name));
-    }
-    "pressure".clone_into(&mut part.id);
-    let mut taken: BTreeSet<String> = parts.iter().map(|other| other.id.clone()).chain([part.id.clone()]).collect();
-    if let Some(other) = parts.iter_mut().find(|other| other.id == part.id) {
-        other.id = unique(&other.id, &mut taken);
-    }
-    part
-}
-
-fn write_clock(out: &mut String, clock: Option<&Part>, samples: usize, guesses: &mut Vec<String>) {
+fn write_clock(out: &mut String, clock: Option<&Part>, pressure: &Part, samples: usize, guesses: &mut Vec<String>) {
     out.push('\n');
     let Some(clock) = clock else {
-        if samples > STATES_MAX {
+        if let Some(own) = pressure.table.clock.and_then(|own| pressure.table.columns.get(own)) {
+            let name = one_line(&pressure.table.full_name(&own.name));
+            let _ = writeln!(
+                out,
+                "# The clock of each table is its own, as {name} is. [clock] takes `stamp` (header, publish, log), `column` or `rate`."
+            );
+        } else if samples > STATES_MAX {
             *out += "# No column of time was found. GUESS: say the true rate.\n[clock]\nrate = { value = 100, unit = \"Hz\" }\n";
             guesses.push("no column of time: 100 samples per second are assumed".to_owned());
         } else {
@@ -227,7 +129,7 @@ fn write_clock(out: &mut String, clock: Option<&Part>, samples: usize, guesses: 
         return;
     };
     let unit = clock.unit.filter(|unit| unit.dimension == Dimension::Time);
-    let step = clock.column.cells.numbers().and_then(median_step).unwrap_or(1.0);
+    let step = clock.step().unwrap_or(1.0);
     // Rigs log faster than once a second, so steps of one and more are milliseconds.
     let guess = if step >= 1.0 { "ms" } else { "s" };
     let _ = writeln!(out, "[clock]\ncolumn = {}", clock.reference());
@@ -271,11 +173,12 @@ fn write_channels(out: &mut String, pressure: &Part, parts: &[Part], guesses: &m
     }
 }
 
-fn write_runs(out: &mut String, logs: &[(String, TextLog)], guesses: &mut Vec<String>) {
+fn write_runs(out: &mut String, logs: &[(String, Recording)], guesses: &mut Vec<String>) {
     *out += "\n# Runs of one session are repeats on one specimen: points at equal pressure are averaged. What is no repeat is a session\n# of its own.\n";
     let mut ids = BTreeSet::new();
     for (file, log) in logs {
-        let names = log.columns.iter().find_map(|column| Some((column, run_names(column)?)));
+        let columns = log.tables.iter().flat_map(|table| &table.columns);
+        let names = columns.clone().find_map(|column| Some((column, run_names(column)?)));
         let Some((column, names)) = names else {
             let _ = writeln!(out, "[[run]]\nfile = {}\n", quoted(file));
             continue;
@@ -312,16 +215,19 @@ fn run_names(column: &Column) -> Option<Vec<&str>> {
     enough.then_some(names)
 }
 
-fn write_responses(
-    out: &mut String,
-    pressure: &Part,
-    parts: &[Part],
-    plateaus: bool,
-    logs: &[(String, TextLog)],
-    chamber: &str,
-) {
+fn write_responses(out: &mut String, pressure: &Part, parts: &[Part], plateaus: bool, chamber: &str) {
     *out += "# What is measured against pressure. Keep what has a model, or what you want to see.\n";
-    for part in parts {
+    let (here, elsewhere): (Vec<&Part>, Vec<&Part>) =
+        parts.iter().partition(|part| std::ptr::eq(part.table, pressure.table));
+    if let [first, ..] = elsewhere[..] {
+        let _ = writeln!(
+            out,
+            "# {} channels come from other topics than the pressure, {} for one, whose clocks are their own: they are stored and not\n# set against it.",
+            elsewhere.len(),
+            one_line(&first.table.name)
+        );
+    }
+    for part in here {
         let unit = part.unit.map_or("1", |unit| unit.symbol);
         let _ = writeln!(
             out,
@@ -333,7 +239,7 @@ fn write_responses(
             quoted(&part.id)
         );
         if plateaus {
-            let tolerance = tolerance(pressure, logs);
+            let tolerance = pressure.tolerance();
             let _ = writeln!(
                 out,
                 "# GUESS: where the pressure stays within the tolerance for the hold, the mean over the window is a point.\npoints = {{ from = \"plateaus\", tolerance = {{ value = {tolerance}, unit = {} }}, hold = {{ value = 1, unit = \"s\" }}, window = {{ value = 0.5, unit = \"s\" }} }}",
@@ -346,103 +252,6 @@ fn write_responses(
     }
 }
 
-/// A hundredth of the pressure's range, as two digits.
-fn tolerance(pressure: &Part, logs: &[(String, TextLog)]) -> String {
-    let finite = numbers_of(logs, pressure.number - 1).filter(|v| v.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-    let tolerance = 0.01 * (high - low);
-    if tolerance > 0.0 && tolerance.is_finite() { format!("{tolerance:.1e}") } else { "1".to_owned() }
-}
-
-/// Text on one line, fit for a comment.
-fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
-}
-
-/// A TOML string.
-fn quoted(text: &str) -> String {
-    let mut out = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => {
-                out.push('\\');
-                out.push(c);
-            }
-            c if c.is_control() => {
-                let _ = write!(out, "\\u{:04X}", u32::from(c));
-            }
-            c => out.push(c),
-        }
-    }
-    out.push('"');
-    out
-}
-
-/// An id from a name: lower-case words joined by `-`; `channel-3` where nothing of it is left.
-fn slug(name: &str, number: usize) -> String {
-    let ascii = |word: &String| word.chars().filter(char::is_ascii_alphanumeric).collect::<String>();
-    let words: Vec<String> = words(name).iter().map(ascii).filter(|word| !word.is_empty()).collect();
-    let mut id = words.join("-");
-    id.truncate(ID_LETTERS_MAX);
-    let id = id.trim_matches('-').to_owned();
-    match id.as_str() {
-        "" | "index" | "measured" | "none" => format!("channel-{number}"),
-        _ => id,
-    }
-}
-
-const COMPARISONS: &str = "\
-# Without [[comparison]] every model of a response is compared with it: the catalogue's, and those of actuator.toml.
-# [[comparison]]
-# quantity = \"…\"
-# form = \"…\"
-";
-
-const ACTUATOR: &str = "\
-schema = 1
-# id = \"…\"  # while absent, this file describes the actuator of the session beside it
-# type = \"…\"  # an embedded type, whose models then apply (`pneuval models`)
-# title = \"…\"
-# summary = \"…\"
-
-# A model as a table, such as an export of a finite-element program: a name row, a unit row, pressures that rise.
-# [[model]]
-# kind = \"imported\"
-# form = \"fea\"
-# quantity = { id = \"…\", title = \"…\", unit = \"mm\" }
-# file = \"fea.csv\"
-# pressure = { column = \"pressure\", chamber = \"chamber\", reference = \"gauge\" }
-# predicted = \"displacement\"
-# std = \"displacement_std\"
-# source = \"which program, which mesh\"
-
-# [geometry]
-# length = { value = 100, unit = \"mm\", source = \"measured\" }
-";
-
-fn rig(pressure: Option<&Part>) -> String {
-    let input = pressure.and_then(|part| part.unit).map_or("V", |unit| unit.symbol);
-    let hash = if pressure.is_some() { "" } else { "# " };
-    format!(
-        "schema = 1\nid = \"bench\"\n\n# Instruments: what they log (input), what that means (output), how sure it is.\n\
-         {hash}[instrument.pressure]\n{hash}input = {}\n{hash}output = \"kPa\"\n\
-         {hash}calibration = {{ kind = \"line\", slope = 1, offset = 0 }}  # FILL IN: output per input, output at zero\n\
-         # range = {{ min = 0, max = 100 }}\n# std = 0.1  # standard uncertainty, in kPa\n# certificate = \"calibrated on …\"\n",
-        quoted(input)
-    )
-}
-
-fn bounds(actuator: Option<&str>, parts: &[Part]) -> String {
-    let quantity = parts.first().map_or("…".to_owned(), |part| part.id.replace('_', "-"));
-    format!(
-        "schema = 1\n\n# What error is acceptable, and why: from an application need or a claim, never from a computed value.\n\
-         # [[bound]]\n# actuator = {}\n# quantity = {}\n# model = \"fea\"\n# metric = \"rmse\"\n\
-         # max = {{ value = 1, unit = \"mm\" }}\n# allow_single_repeat = true  # judge one repeat by its instruments' uncertainty\n# reason = \"…\"\n",
-        quoted(actuator.unwrap_or("…")),
-        quoted(&quantity)
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -451,7 +260,7 @@ mod tests {
 
     fn drafted(text: &str) -> (SessionManifest, Draft) {
         let log = read("log.csv", text.as_bytes(), &CsvOptions::default()).unwrap();
-        let draft = draft("monday", &[("log.csv".to_owned(), log)], Some("finger"), None).unwrap();
+        let draft = draft("monday", &[("log.csv".to_owned(), log.into())], Some("finger"), None).unwrap();
         let manifest = SessionManifest::read("session.toml", draft.session.as_bytes());
         (manifest.unwrap_or_else(|error| panic!("{error}\n{}", draft.session)), draft)
     }
@@ -505,7 +314,8 @@ mod tests {
         assert_eq!(manifest.responses.len(), 1);
         assert!(draft.guesses.iter().any(|g| g == "empty [mm] is left out: it holds no number in any log"));
         // A number in one of several logs is enough.
-        let log = |text: &str| read("log.csv", text.as_bytes(), &CsvOptions::default()).unwrap();
+        let log =
+            |text: &str| -> Recording { read("log.csv", text.as_bytes(), &CsvOptions::default()).unwrap().into() };
         let logs =
             [("a.csv".to_owned(), log("p,d,e\n0,0,\n1,1,\n")), ("b.csv".to_owned(), log("p,d,e\n0,0,5\n1,1,6\n"))];
         assert!(super::draft("x", &logs, None, None).unwrap().session.contains("id = \"e\""));
@@ -541,6 +351,6 @@ mod tests {
             crate::manifest::Actuator::read("actuator.toml", draft.actuator.as_bytes(), "finger", &nothing).unwrap();
         assert!(actuator.draft && actuator.id == "finger");
         let log = read("log.csv", b"d\n1\n2\n", &CsvOptions::default()).unwrap();
-        assert!(super::draft("x", &[("log.csv".to_owned(), log)], None, None).is_none());
+        assert!(super::draft("x", &[("log.csv".to_owned(), log.into())], None, None).is_none());
     }
 }

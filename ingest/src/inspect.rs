@@ -1,0 +1,60 @@
+//! What a raw file holds, looked at in little memory: `pneuval inspect`.
+
+use crate::IngestError;
+use crate::draft;
+use crate::finding::{Finding, Severity};
+use crate::formats::{self, Options};
+use crate::raw::RawFile;
+use crate::recording::{Keep, Recording};
+
+/// A raw file, looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inspection {
+    /// As the user named it.
+    pub file: String,
+    /// Its length.
+    pub bytes: u64,
+    /// Its SHA-256.
+    pub sha256: String,
+    /// What it holds: summaries of columns, no cells.
+    pub recording: Recording,
+    /// All findings: of the file, of its clocks, of its columns.
+    pub findings: Vec<Finding>,
+    /// How a session.toml would name it.
+    pub session: String,
+}
+
+impl Inspection {
+    /// Whether the instrument had data that are not in the file any more.
+    pub fn is_lossy(&self) -> bool {
+        self.findings.iter().any(|finding| finding.severity == Severity::Lost)
+    }
+}
+
+/// Looks at a raw file; `name` is what a session.toml beside it would call it.
+///
+/// # Errors
+/// As [`formats::read`].
+pub fn inspect(raw: &RawFile, name: &str, options: &Options) -> Result<Inspection, IngestError> {
+    let recording = formats::read(raw, options, Keep::Nothing)?;
+    let mut findings = recording.findings.clone();
+    for table in &recording.tables {
+        let time = table.time();
+        if let Some((column, clock)) = time.and_then(|column| Some((column, column.clock.as_ref()?))) {
+            findings.extend(clock.findings(raw.name(), &table.full_name(&column.name), &table.lines));
+        }
+        let channels = table.columns.iter().filter(|column| column.clock.is_none());
+        findings.extend(
+            channels
+                .flat_map(|column| column.summary.findings(raw.name(), &table.full_name(&column.name), &table.lines)),
+        );
+    }
+    Ok(Inspection {
+        file: raw.name().to_owned(),
+        bytes: raw.len(),
+        sha256: raw.sha256()?,
+        session: draft::block(name, &recording),
+        recording,
+        findings,
+    })
+}

@@ -1,0 +1,269 @@
+//! What was read, stored: Parquet tables that DuckDB, pandas and polars open, and a `session.json` that says what they hold.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `parquet.rs` | the tables; the only module that sees polars |
+//! | `record.rs` | `session.json` |
+//! | `mod.rs` | which files are read again, and how the store changes |
+//!
+//! A store can be rebuilt from the raw files at any time and is never edited. It changes by renaming whole files into place,
+//! `session.json` last; the same raw files and manifests give the same bytes.
+
+mod parquet;
+mod record;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+pub use parquet::{Columns, Series, read_parquet, write_parquet, write_table};
+pub use record::{StoredChannel, StoredFile, StoredRun, StoredSession, StoredTable};
+
+use crate::IngestError;
+use crate::finding::median_rate_hz;
+use crate::limits;
+use crate::manifest::{FileDigest, Rig, SessionManifest};
+use crate::raw::RawFile;
+use crate::session::{FileRuns, OpenBeside, Run, Stream, check_files_differ, unusable_file};
+
+/// The name of the record in a store.
+pub const RECORD: &str = "session.json";
+
+/// The column of a table that holds its stamps.
+const TIME: &str = "time_s";
+
+/// What storing a session did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stored {
+    /// The record, as it stands in the store.
+    pub record: StoredSession,
+    /// Files that were read.
+    pub read: Vec<String>,
+    /// Files that were stored already and have not changed.
+    pub unchanged: Vec<String>,
+}
+
+/// Reads the files of a session that the store does not hold yet, and stores them; one file is in memory at a time.
+///
+/// A file is read again if its bytes, the manifest, the rig or the version of this program have changed, or if what the store holds
+/// of it is damaged.
+///
+/// # Errors
+/// As [`crate::session::Session::load`], with nothing stored; [`IngestError::Write`] where the store cannot be written.
+pub fn ingest(
+    manifest: &SessionManifest,
+    rig: Option<&Rig>,
+    open: OpenBeside,
+    root: &Path,
+) -> Result<Stored, IngestError> {
+    let mut raws: Vec<(FileDigest, RawFile)> = Vec::new();
+    for name in manifest.files() {
+        let raw = open(name)?;
+        raws.push((FileDigest { name: name.to_owned(), sha256: raw.sha256()? }, raw));
+    }
+    let digests: Vec<FileDigest> = raws.iter().map(|(digest, _)| digest.clone()).collect();
+    check_files_differ(manifest, &digests)?;
+
+    fs::create_dir_all(root).map_err(|source| IngestError::write(root, source))?;
+    let stored = store(manifest, rig, &raws, root);
+    if stored.is_err() {
+        // A store that was made for nothing goes again; one that holds anything stays.
+        let _ = fs::remove_dir(root);
+    }
+    stored
+}
+
+/// Stores the files of a session in a folder that is there.
+fn store(
+    manifest: &SessionManifest,
+    rig: Option<&Rig>,
+    raws: &[(FileDigest, RawFile)],
+    root: &Path,
+) -> Result<Stored, IngestError> {
+    let before = StoredSession::read(&root.join(RECORD)).filter(|before| before.is_of(manifest, rig));
+    let staging =
+        tempfile::Builder::new().prefix(".new-").tempdir_in(root).map_err(|source| IngestError::write(root, source))?;
+    let mut names = BTreeSet::new();
+    let (mut files, mut read, mut unchanged) = (Vec::new(), Vec::new(), Vec::new());
+    let mut unusable = None;
+    for (digest, raw) in raws {
+        let kept = before.as_ref().and_then(|before| before.file(digest)).filter(|file| file.is_whole(root));
+        if let Some(file) = kept {
+            names.extend(file.tables().map(|table| table.file.clone()));
+            unchanged.push(digest.name.clone());
+            files.push(file.clone());
+            continue;
+        }
+        read.push(digest.name.clone());
+        match FileRuns::read(manifest, rig, &digest.name, raw) {
+            Ok(runs) => files.push(write_file(digest, raw.len(), runs, staging.path(), &mut names)?),
+            // One log that cannot be used does not take the others with it.
+            Err(error @ IngestError::Unusable { .. }) => {
+                files.push(StoredFile::unusable(digest, raw.len(), unusable_file(&digest.name, &error)));
+                unusable.get_or_insert(error);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    if let Some(error) = unusable.filter(|_| files.iter().all(|file| file.runs.is_empty())) {
+        return Err(error);
+    }
+    let record = StoredSession::new(manifest, rig, files);
+    replace(root, staging.path(), &record)?;
+    Ok(Stored { record, read, unchanged })
+}
+
+/// Writes the tables of a file's runs into a folder.
+fn write_file(
+    digest: &FileDigest,
+    bytes: u64,
+    read: FileRuns,
+    folder: &Path,
+    names: &mut BTreeSet<String>,
+) -> Result<StoredFile, IngestError> {
+    let FileRuns { runs: of_file, findings: of_rest, origin } = read;
+    let (mut runs, mut findings) = (Vec::new(), Vec::new());
+    for (number, run, mut told) in of_file {
+        findings.append(&mut told);
+        let mut tables = Vec::new();
+        for (stream, clock) in run.streams.iter().enumerate() {
+            tables.push(write_stream(&run, stream, clock, folder, names)?);
+        }
+        runs.push(StoredRun { id: run.id, number, tables });
+    }
+    findings.extend(of_rest);
+    Ok(StoredFile { name: digest.name.clone(), sha256: digest.sha256.clone(), bytes, origin, runs, findings })
+}
+
+fn write_stream(
+    run: &Run,
+    stream: usize,
+    clock: &Stream,
+    folder: &Path,
+    names: &mut BTreeSet<String>,
+) -> Result<StoredTable, IngestError> {
+    let channels: Vec<_> = run.channels.iter().filter(|(_, channel)| channel.stream == stream).collect();
+    let mut columns: Vec<(String, &[f64])> = Vec::with_capacity(channels.len() + 1);
+    columns.extend(clock.seconds.as_deref().map(|seconds| (TIME.to_owned(), seconds)));
+    let mut taken = BTreeSet::from([TIME.to_owned()]);
+    let mut stored = Vec::with_capacity(channels.len());
+    for (id, channel) in channels {
+        let si = channel.unit.dimension.si_symbol();
+        // Two ids may differ in signs only.
+        let base = column_name(id, si);
+        let (mut column, mut copy) = (base.clone(), 1);
+        while !taken.insert(column.clone()) {
+            copy += 1;
+            column = format!("{base}_{copy}");
+        }
+        stored.push(StoredChannel {
+            id: id.clone(),
+            column: column.clone(),
+            si_unit: si.to_owned(),
+            unit: channel.unit.symbol.to_owned(),
+            std_si: channel.std_si,
+            commanded: channel.commanded,
+            holes: channel.values_si.iter().filter(|v| v.is_nan()).count(),
+        });
+        columns.push((column, &channel.values_si));
+    }
+    let file = file_name(&run.id, &clock.name, names);
+    let path = folder.join(&file);
+    write_table(&path, &columns)?;
+    let sha256 = RawFile::open(&path, &file, u64::MAX)?.sha256()?;
+    let stamps = clock.seconds.as_deref().unwrap_or_default();
+    let first = stamps.iter().copied().find(|t| t.is_finite());
+    let last = stamps.iter().copied().rfind(|t| t.is_finite());
+    Ok(StoredTable {
+        file,
+        sha256,
+        stream: clock.name.clone(),
+        samples: clock.samples,
+        from_s: first,
+        to_s: last,
+        rate_hz: median_rate_hz(stamps),
+        channels: stored,
+    })
+}
+
+/// A channel's column: its id with the SI unit behind it, as names of numbers end in their unit; without signs that query languages
+/// would take for operators.
+///
+/// ```
+/// use pneuval_ingest::store::column_name;
+/// assert_eq!(column_name("tip-force", "N"), "tip_force_N");
+/// assert_eq!(column_name("ratio", "1"), "ratio");
+/// ```
+pub fn column_name(id: &str, si_unit: &str) -> String {
+    let word = |text: &str| -> String {
+        let signs = text.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect::<String>();
+        signs.split('_').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_")
+    };
+    match si_unit {
+        "1" => word(id),
+        unit => format!("{}_{}", word(id), word(unit)),
+    }
+}
+
+/// A file name from a run's id and a topic, which people choose: letters, digits and few signs, every name once.
+fn file_name(run: &str, stream: &str, names: &mut BTreeSet<String>) -> String {
+    const LETTERS_MAX: usize = 100;
+    let word = |text: &str| -> String {
+        let signs = text.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' });
+        signs.collect::<String>().trim_matches('-').chars().take(LETTERS_MAX).collect()
+    };
+    // A run without an id of its own is called as its file is.
+    let stem = Path::new(run).file_stem().map_or_else(|| run.to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let base = [word(&stem), word(stream)].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(".");
+    let base = if base.is_empty() { "run".to_owned() } else { base };
+    let (mut name, mut copy) = (format!("{base}.parquet"), 1);
+    // Names that differ in case only are one file on some systems.
+    while names.iter().any(|taken| taken.eq_ignore_ascii_case(&name)) {
+        copy += 1;
+        name = format!("{base}-{copy}.parquet");
+    }
+    names.insert(name.clone());
+    name
+}
+
+/// Moves new tables into place, then the record, then removes what the record no longer names.
+fn replace(root: &Path, staging: &Path, record: &StoredSession) -> Result<(), IngestError> {
+    let named: BTreeSet<&str> = record.files.iter().flat_map(StoredFile::tables).map(|t| t.file.as_str()).collect();
+    let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(|source| IngestError::write(to, source));
+    for entry in entries(staging)? {
+        if let Some(name) = entry.file_name() {
+            rename(&entry, &root.join(name))?;
+        }
+    }
+    let path = root.join(RECORD);
+    let text = record.to_json().map_err(|source| IngestError::write(&path, source.into()))?;
+    let same = limits::read(&path, limits::RESULTS_BYTES_MAX).is_ok_and(|bytes| bytes == text.as_bytes());
+    if !same {
+        let new = staging.join(RECORD);
+        let written = fs::File::create(&new).and_then(|mut file| {
+            file.write_all(text.as_bytes())?;
+            file.sync_all()
+        });
+        written.map_err(|source| IngestError::write(&new, source))?;
+        rename(&new, &path)?;
+    }
+    for entry in entries(root)? {
+        let name = entry.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let table = Path::new(&name).extension().is_some_and(|ending| ending == "parquet");
+        if table && !named.contains(name.as_str()) {
+            fs::remove_file(&entry).map_err(|source| IngestError::write(&entry, source))?;
+        }
+    }
+    Ok(())
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, IngestError> {
+    let failed = |source| IngestError::read(folder, source);
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        paths.push(entry.map_err(failed)?.path());
+    }
+    paths.sort();
+    Ok(paths)
+}
