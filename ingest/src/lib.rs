@@ -36,6 +36,7 @@ pub mod number;
 pub mod raw;
 pub mod recording;
 pub mod session;
+#[cfg(feature = "store")]
 pub mod store;
 pub mod table;
 pub mod units;
