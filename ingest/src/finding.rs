@@ -5,9 +5,9 @@
 
 mod clock;
 
-use serde::{Deserialize, Serialize};
+pub use clock::{clock_findings, forward_samples, leave_forward, median_rate_hz, median_step, unwrap};
 
-pub use clock::{clock_findings, forward_samples, median_rate_hz, median_step};
+use serde::{Deserialize, Serialize};
 
 /// What a finding means for the samples it names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -22,6 +22,9 @@ pub enum Severity {
 }
 
 impl Severity {
+    /// Every severity, the mildest first.
+    pub const ALL: [Self; 3] = [Self::Note, Self::Excluded, Self::Lost];
+
     /// The word used in results.
     pub fn id(self) -> &'static str {
         match self {
@@ -69,6 +72,18 @@ pub enum FindingKind {
     DuplicateStamp,
     /// Steps of time much longer than usual.
     Gap,
+    /// Steps of time that differ much from each other.
+    Jitter,
+    /// A step back in time that looks like a counter which began anew.
+    ClockWrap,
+    /// A channel that stays at an end of its range, and varies elsewhere.
+    Saturated,
+    /// A channel that stays on one value within its range, and varies elsewhere.
+    Flatline,
+    /// A channel that moves over few steps of its grid only.
+    Quantised,
+    /// Bytes that are not those of which the file holds the checksum.
+    CrcMismatch,
     /// Values outside the range in which the sensor was calibrated.
     OutOfCalibration,
     /// Values beyond what the instrument can show.
@@ -83,11 +98,42 @@ pub enum FindingKind {
     Overflow,
     /// The channel's zero is the mean of its first samples.
     Tared,
-    /// A counter of time that starts anew.
-    ClockWrap,
 }
 
 impl FindingKind {
+    /// Every kind.
+    pub const ALL: [Self; 29] = [
+        Self::Encoding,
+        Self::HeaderMismatch,
+        Self::NonNumericCell,
+        Self::NoValue,
+        Self::EmptyCell,
+        Self::RaggedLine,
+        Self::SkippedLine,
+        Self::CommentLine,
+        Self::RepeatedHeader,
+        Self::Trailer,
+        Self::Truncated,
+        Self::NoLineEnd,
+        Self::NoStamp,
+        Self::TimeReversed,
+        Self::DuplicateStamp,
+        Self::Gap,
+        Self::Jitter,
+        Self::ClockWrap,
+        Self::Saturated,
+        Self::Flatline,
+        Self::Quantised,
+        Self::CrcMismatch,
+        Self::OutOfCalibration,
+        Self::OutOfRange,
+        Self::UnusableFile,
+        Self::UnitMismatch,
+        Self::UnclaimedRows,
+        Self::Overflow,
+        Self::Tared,
+    ];
+
     /// Its id in results.
     pub fn id(self) -> &'static str {
         match self {
@@ -107,6 +153,11 @@ impl FindingKind {
             Self::TimeReversed => "time-reversed",
             Self::DuplicateStamp => "duplicate-stamp",
             Self::Gap => "gap",
+            Self::Jitter => "jitter",
+            Self::Saturated => "saturated",
+            Self::Flatline => "flatline",
+            Self::Quantised => "quantised",
+            Self::CrcMismatch => "crc-mismatch",
             Self::OutOfCalibration => "out-of-calibration",
             Self::OutOfRange => "out-of-range",
             Self::UnusableFile => "unusable-file",
@@ -206,6 +257,48 @@ impl LineMap {
     pub fn rows(&self) -> usize {
         self.rows
     }
+
+    /// Where a row stands, in words: `line 5`, or `sample 4` where the file has no lines.
+    ///
+    /// ```
+    /// use pneuval_ingest::finding::LineMap;
+    /// let mut lines = LineMap::default();
+    /// assert_eq!(lines.place(0), "sample 0");
+    /// lines.push(5);
+    /// assert_eq!(lines.place(0), "line 5");
+    /// ```
+    pub fn place(&self, row: usize) -> String {
+        match self.line_of(row) {
+            0 => format!("sample {row}"),
+            line => format!("line {line}"),
+        }
+    }
+
+    /// Rows in words: `sample 3 (line 5)`, `samples 7 to 9 (lines 9 to 11)`, or without lines where the file has none.
+    pub fn between(&self, first: usize, last: usize) -> String {
+        match (first == last, self.line_of(first), self.line_of(last)) {
+            (true, 0, _) => format!("sample {first}"),
+            (true, line, _) => format!("sample {first} (line {line})"),
+            (false, 0, _) => format!("samples {first} to {last}"),
+            (false, a, b) => format!("samples {first} to {last} (lines {a} to {b})"),
+        }
+    }
+
+    /// One span of rows, whatever stands on the lines between them.
+    pub fn span(&self, first: usize, last: usize) -> Span {
+        Span { first_sample: first, last_sample: last, first_line: self.line_of(first), last_line: self.line_of(last) }
+    }
+
+    /// Adds rows to spans as [`extend`] would one by one: where lines stand between them that are no rows, a new span begins.
+    pub(crate) fn extend(&self, spans: &mut Vec<Span>, first: usize, last: usize) {
+        let mut from = first;
+        while from <= last {
+            let run = self.runs.partition_point(|(row, _)| *row <= from);
+            let to = self.runs.get(run).map_or(last, |(row, _)| last.min(row - 1));
+            extend(spans, self.span(from, to));
+            from = to + 1;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -221,5 +314,64 @@ mod tests {
         assert_eq!((0..7).map(|row| lines.line_of(row)).collect::<Vec<_>>(), [3, 4, 5, 9, 10, 20, 0]);
         assert_eq!([1, 3, 4, 6, 9, 10, 15, 20, 21].map(|line| lines.rows_before(line)), [0, 0, 1, 3, 3, 4, 5, 5, 6]);
         assert_eq!(lines.runs.len(), 3);
+    }
+
+    #[test]
+    fn rows_are_placed_in_words() {
+        let mut lines = LineMap::default();
+        assert_eq!(
+            (lines.place(4), lines.between(4, 4), lines.between(4, 6)),
+            ("sample 4".to_owned(), "sample 4".to_owned(), "samples 4 to 6".to_owned())
+        );
+        (0..9).for_each(|row| lines.push(row + 3));
+        assert_eq!(
+            (lines.place(4), lines.between(4, 4), lines.between(4, 6)),
+            ("line 7".to_owned(), "sample 4 (line 7)".to_owned(), "samples 4 to 6 (lines 7 to 9)".to_owned())
+        );
+    }
+
+    #[test]
+    fn rows_added_together_give_the_spans_of_rows_added_one_by_one() {
+        let mut lines = LineMap::default();
+        for line in [3, 4, 5, 9, 10, 20, 22, 23] {
+            lines.push(line);
+        }
+        for lines in [lines, LineMap::default()] {
+            for (first, last) in (0..8).flat_map(|first| (first..8).map(move |last| (first, last))) {
+                let (mut one_by_one, mut together) = (vec![], vec![]);
+                (first..=last).for_each(|row| extend(&mut one_by_one, lines.span(row, row)));
+                lines.extend(&mut together, first, last);
+                assert_eq!(together, one_by_one, "{first} to {last}");
+            }
+        }
+    }
+
+    #[test]
+    fn ids_in_results_and_in_stored_files_agree() {
+        for kind in FindingKind::ALL {
+            assert_eq!(serde_json::to_value(kind).unwrap(), kind.id());
+            assert_eq!(serde_json::from_value::<FindingKind>(kind.id().into()).unwrap(), kind);
+        }
+        for severity in Severity::ALL {
+            assert_eq!(serde_json::to_value(severity).unwrap(), severity.id());
+        }
+        // What serde lists as possible is what `ALL` lists: a kind that is added later cannot be forgotten there.
+        let listed = serde_json::from_str::<FindingKind>("\"?\"").unwrap_err().to_string();
+        assert_eq!(listed.matches('`').count(), 2 * (1 + FindingKind::ALL.len()), "{listed}");
+    }
+
+    #[test]
+    fn a_stored_finding_is_read_as_it_was() {
+        let finding = Finding {
+            kind: FindingKind::CrcMismatch,
+            severity: Severity::Lost,
+            file: "r.mcap".to_owned(),
+            channel: None,
+            spans: vec![LineMap::default().span(3, 7)],
+            count: 5,
+            text: "a sentence".to_owned(),
+        };
+        let stored = serde_json::to_string(&finding).unwrap();
+        assert_eq!(serde_json::from_str::<Finding>(&stored).unwrap(), finding);
     }
 }

@@ -1,16 +1,7 @@
 //! The findings of a time channel: stamps that are missing, go back, stand twice or leave gaps.
 
-use super::{Finding, FindingKind, LineMap, SPANS_MAX, Severity, Span, extend};
-use crate::error::shown;
-
-/// A step is a gap if it is longer than this many median steps.
-const GAP_STEPS: f64 = 5.0;
-
-/// ... and longer than this, in s: at kHz rates a computer's clock moves a stamp by about a millisecond while no sample is missing.
-const GAP_S_MIN: f64 = 1e-3;
-
-/// Places named in a sentence; the spans hold more.
-const NAMED_MAX: usize = 3;
+use super::{Finding, FindingKind, LineMap, Severity};
+use crate::watch::{ClockWatch, Places, Steps, Teller, samples, stamp};
 
 /// The median of the steps that go forward, in s. Steps to and from stamps that are not finite do not count, nor do equal stamps.
 ///
@@ -47,41 +38,53 @@ pub fn median_rate_hz(seconds: &[f64]) -> Option<f64> {
 ///
 /// - samples without a finite stamp: excluded;
 /// - time that goes back: excluded are the fewest samples without which time never goes back, the later ones where there is a choice;
+/// - steps back that look like a counter which began anew: noted;
 /// - equal stamps in a row: noted;
-/// - gaps between the samples that remain: noted. The first step of a file counts as any other.
+/// - gaps between the samples that remain: noted. The first step of a file counts as any other;
+/// - steps between them that differ much from each other: noted.
 ///
-/// `lines` is `None` for files without lines.
+/// `lines` is `None` for files without lines. A clock that never goes back is read in one pass and nothing of it is copied.
+///
+/// ```
+/// use pneuval_ingest::finding::{FindingKind, clock_findings};
+/// let findings = clock_findings("r.csv", "t", &[0.0, 0.01, 0.02, 0.5, 0.51], None);
+/// assert_eq!(findings[0].kind, FindingKind::Gap);
+/// assert_eq!(findings[0].text, "`t`: a gap where the usual step is 10 ms: 480 ms from 0.02 s to 0.5 s, samples 2 to 3");
+/// ```
 pub fn clock_findings(file: &str, channel: &str, seconds: &[f64], lines: Option<&LineMap>) -> Vec<Finding> {
-    let clock = Clock { file, channel, seconds, lines };
-    let mut findings = Vec::new();
-    let finite: Vec<usize> = (0..seconds.len()).filter(|i| seconds[*i].is_finite()).collect();
-    if finite.len() < seconds.len() {
-        let holes: Vec<usize> = (0..seconds.len()).filter(|i| !seconds[*i].is_finite()).collect();
-        let text = format!("{} without a time stamp: {}", samples(holes.len()), clock.listed(&holes));
-        findings.push(clock.excluded(FindingKind::NoStamp, &holes, &text));
+    let without_lines = LineMap::default();
+    let lines = lines.unwrap_or(&without_lines);
+    let mut watch = ClockWatch::default();
+    watch.block(seconds);
+    let watched = watch.finish();
+    if watched.back_count == 0 {
+        return watched.findings(file, channel, lines);
     }
-    let forward = longest_forward(seconds, &finite);
-    if forward.len() < finite.len() {
-        let mut kept = forward.iter().copied().peekable();
-        let back: Vec<usize> = finite.iter().copied().filter(|i| kept.next_if_eq(i).is_none()).collect();
-        let first = back.first().copied().unwrap_or(0);
-        // The nearest sample before it that counts; a run of samples may have gone back together.
-        let before = forward[..forward.partition_point(|i| *i < first)].last().copied();
-        let jump = match before.filter(|b| seconds[*b] > seconds[first]) {
-            Some(before) => format!("from {} s back to {} s", stamp(seconds[before]), stamp(seconds[first])),
-            None => format!("{} s stands before a smaller stamp", stamp(seconds[first])),
-        };
-        let text = format!("time goes back, first {jump}; {} left out: {}", samples(back.len()), clock.listed(&back));
-        findings.push(clock.excluded(FindingKind::TimeReversed, &back, &text));
+    let tell = Teller { file, column: channel, lines };
+    let forward = forward_samples(seconds);
+    let mut back = Places::default();
+    let mut steps = Steps::default();
+    let mut kept = forward.iter().copied().peekable();
+    for sample in (0..seconds.len()).filter(|i| seconds[*i].is_finite()) {
+        if kept.next_if_eq(&sample).is_some() {
+            steps.push(sample, seconds[sample]);
+        } else {
+            back.push(sample);
+        }
     }
-    // Exactly equal is what is meant: the logger wrote the same stamp twice.
-    #[expect(clippy::float_cmp)]
-    let equal: Vec<usize> = forward.windows(2).filter(|p| seconds[p[0]] == seconds[p[1]]).map(|p| p[1]).collect();
-    if !equal.is_empty() {
-        let text = format!("{} with the stamp of the one before: {}", samples(equal.len()), clock.listed(&equal));
-        findings.push(clock.finding(FindingKind::DuplicateStamp, Severity::Note, &equal, &text));
-    }
-    findings.extend(clock.gaps(&forward));
+    let mut findings: Vec<Finding> = watched.holes_told(&tell).into_iter().collect();
+    let first = back.first.first().map_or(0, |(first, _)| *first);
+    // The nearest sample before it that counts; a run of samples may have gone back together.
+    let before = forward[..forward.partition_point(|i| *i < first)].last().copied();
+    let jump = match before.filter(|b| seconds[*b] > seconds[first]) {
+        Some(before) => format!("from {} s back to {} s", stamp(seconds[before]), stamp(seconds[first])),
+        None => format!("{} s stands before a smaller stamp", stamp(seconds[first])),
+    };
+    let text = format!("time goes back, first {jump}; {} left out: {}", samples(back.count), back.named(lines));
+    findings.push(tell.places(FindingKind::TimeReversed, Severity::Excluded, &back, &text));
+    findings.extend(watched.wrap_told(&tell));
+    let span = forward.first().copied().zip(forward.last().copied());
+    findings.extend(steps.finish(watched.whole_ms).findings(&tell, span));
     findings
 }
 
@@ -91,122 +94,67 @@ pub fn forward_samples(seconds: &[f64]) -> Vec<usize> {
     longest_forward(seconds, &finite)
 }
 
-/// A time channel with what its findings name.
-struct Clock<'a> {
-    file: &'a str,
-    channel: &'a str,
-    seconds: &'a [f64],
-    lines: Option<&'a LineMap>,
-}
-
-impl Clock<'_> {
-    fn line(&self, sample: usize) -> usize {
-        self.lines.map_or(0, |lines| lines.line_of(sample))
+/// Turns the stamps of the samples that [`clock_findings`] leaves out into NaN. Where time never goes back nothing is copied.
+///
+/// ```
+/// use pneuval_ingest::finding::leave_forward;
+/// let mut seconds = [0.0, 1.0, f64::INFINITY, 0.5, 2.0];
+/// leave_forward(&mut seconds);
+/// assert!(seconds[2].is_nan() && seconds[3].is_nan());
+/// assert_eq!([seconds[0], seconds[1], seconds[4]], [0.0, 1.0, 2.0]);
+/// ```
+pub fn leave_forward(seconds: &mut [f64]) {
+    for stamp in seconds.iter_mut().filter(|t| !t.is_finite()) {
+        *stamp = f64::NAN;
     }
-
-    fn finding(&self, kind: FindingKind, severity: Severity, samples: &[usize], text: &str) -> Finding {
-        let mut spans = Vec::new();
-        for sample in samples {
-            let line = self.line(*sample);
-            extend(&mut spans, Span { first_sample: *sample, last_sample: *sample, first_line: line, last_line: line });
+    let mut latest = f64::NEG_INFINITY;
+    let goes_back = seconds.iter().filter(|t| t.is_finite()).any(|t| {
+        let back = *t < latest;
+        latest = *t;
+        back
+    });
+    if goes_back {
+        let mut kept = forward_samples(seconds).into_iter().peekable();
+        for (sample, stamp) in seconds.iter_mut().enumerate() {
+            if kept.next_if_eq(&sample).is_none() {
+                *stamp = f64::NAN;
+            }
         }
-        Finding {
-            kind,
-            severity,
-            file: self.file.to_owned(),
-            channel: Some(self.channel.to_owned()),
-            spans,
-            count: samples.len(),
-            text: format!("{}: {text}", shown(self.channel)),
-        }
-    }
-
-    fn excluded(&self, kind: FindingKind, samples: &[usize], text: &str) -> Finding {
-        self.finding(kind, Severity::Excluded, samples, text)
-    }
-
-    /// The first runs of samples: `sample 3 (line 5), samples 7 to 9 (lines 9 to 11)`.
-    fn listed(&self, samples: &[usize]) -> String {
-        let runs: Vec<&[usize]> = samples.chunk_by(|a, b| a + 1 == *b).collect();
-        let mut named: Vec<String> = runs
-            .iter()
-            .take(NAMED_MAX)
-            .filter_map(|run| Some((*run.first()?, *run.last()?)))
-            .map(|(first, last)| self.between(first, last))
-            .collect();
-        if runs.len() > NAMED_MAX {
-            named.push(format!("and {} more", runs.len() - NAMED_MAX));
-        }
-        named.join(", ")
-    }
-
-    fn between(&self, first: usize, last: usize) -> String {
-        let (a, b) = (self.line(first), self.line(last));
-        match (first == last, a == 0) {
-            (true, true) => format!("sample {first}"),
-            (true, false) => format!("sample {first} (line {a})"),
-            (false, true) => format!("samples {first} to {last}"),
-            (false, false) => format!("samples {first} to {last} (lines {a} to {b})"),
-        }
-    }
-
-    fn gaps(&self, forward: &[usize]) -> Option<Finding> {
-        let stamps: Vec<f64> = forward.iter().map(|i| self.seconds[*i]).collect();
-        let usual = median_step(&stamps)?;
-        let long = (GAP_STEPS * usual).max(GAP_S_MIN);
-        let gaps: Vec<(usize, usize)> = forward
-            .windows(2)
-            .map(|pair| (pair[0], pair[1]))
-            .filter(|(a, b)| self.seconds[*b] - self.seconds[*a] > long)
-            .collect();
-        if gaps.is_empty() {
-            return None;
-        }
-        let mut named: Vec<String> = gaps
-            .iter()
-            .take(NAMED_MAX)
-            .map(|(a, b)| {
-                let (from, to) = (self.seconds[*a], self.seconds[*b]);
-                let length = milliseconds(to - from);
-                format!("{length} ms from {} s to {} s, {}", stamp(from), stamp(to), self.between(*a, *b))
-            })
-            .collect();
-        if gaps.len() > NAMED_MAX {
-            named.push(format!("and {} more", gaps.len() - NAMED_MAX));
-        }
-        let what = if gaps.len() == 1 { "a gap".to_owned() } else { format!("{} gaps", gaps.len()) };
-        let text = format!("{what} where the usual step is {} ms: {}", milliseconds(usual), named.join("; "));
-        let mut finding = self.finding(FindingKind::Gap, Severity::Note, &[], &text);
-        finding.count = gaps.len();
-        // Two gaps in a row share a sample and still are two.
-        finding.spans = gaps
-            .iter()
-            .take(SPANS_MAX)
-            .map(|(a, b)| Span {
-                first_sample: *a,
-                last_sample: *b,
-                first_line: self.line(*a),
-                last_line: self.line(*b),
-            })
-            .collect();
-        Some(finding)
     }
 }
 
-/// Seconds as milliseconds to the microsecond, without zeros at the end.
-fn milliseconds(seconds: f64) -> String {
-    let text = format!("{:.3}", seconds * 1e3);
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-fn samples(count: usize) -> String {
-    if count == 1 { "1 sample".to_owned() } else { format!("{count} samples") }
-}
-
-/// A stamp without the digits that conversion to seconds adds.
-fn stamp(seconds: f64) -> String {
-    let text = format!("{seconds:.6}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+/// Adds what a counter lost when it began anew: behind every step back of more than half of `wrap_s` all stamps, in s, grow by
+/// `wrap_s`. Gives the samples with which it began anew.
+///
+/// A stamp from before the wrap that was written behind it, which is a step forward of more than half of `wrap_s`, is left before the
+/// wrap: [`clock_findings`] then tells that time goes back. A gap of more than half of `wrap_s` is therefore not seen as one. Stamps
+/// that are not finite are passed over; a `wrap_s` that is not a positive number changes nothing.
+///
+/// ```
+/// use pneuval_ingest::finding::unwrap;
+/// let mut seconds = [86_399.5, f64::NAN, 0.25, 1.0];
+/// assert_eq!(unwrap(&mut seconds, 86_400.0), [2]);
+/// assert_eq!([seconds[0], seconds[2], seconds[3]], [86_399.5, 86_400.25, 86_401.0]);
+/// ```
+pub fn unwrap(seconds: &mut [f64], wrap_s: f64) -> Vec<usize> {
+    let mut wrapped = Vec::new();
+    if wrap_s.is_nan() || wrap_s <= 0.0 || wrap_s.is_infinite() {
+        return wrapped;
+    }
+    let mut wraps = 0_u32;
+    let mut before: Option<f64> = None;
+    for (sample, stamp) in seconds.iter_mut().enumerate().filter(|(_, t)| t.is_finite()) {
+        let step = *stamp - before.unwrap_or(*stamp);
+        before = Some(*stamp);
+        if step < -0.5 * wrap_s {
+            wraps = wraps.saturating_add(1);
+            wrapped.push(sample);
+        } else if step > 0.5 * wrap_s {
+            wraps = wraps.saturating_sub(1);
+        }
+        *stamp += f64::from(wraps) * wrap_s;
+    }
+    wrapped
 }
 
 /// The longest choice of samples whose stamps never go back, in order; where several are equally long, the one with the earlier
@@ -241,6 +189,7 @@ fn longest_forward(seconds: &[f64], finite: &[usize]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::finding::SPANS_MAX;
 
     type Found = (FindingKind, Severity, usize, Vec<(usize, usize)>);
 

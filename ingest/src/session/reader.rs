@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::log::{ColumnId, Log, Part};
 use super::{Channel, Run, Stream, tell};
 use crate::error::{IngestError, Place, shown, suggestion};
-use crate::finding::{Finding, FindingKind, Severity, clock_findings, forward_samples};
+use crate::finding::{Finding, FindingKind, Severity, clock_findings, leave_forward};
 use crate::manifest::{
     ChannelSpec, ClockSpec, ColumnRef, Instrument, PressureReference, Rig, RunSpec, SessionManifest,
 };
@@ -151,14 +151,7 @@ impl Reader<'_> {
             }
         }
         findings.append(&mut odd);
-        let forward = forward_samples(&stamps);
-        if forward.len() < stamps.len() {
-            let mut left = vec![f64::NAN; stamps.len()];
-            for &i in &forward {
-                left[i] = stamps[i];
-            }
-            stamps = left;
-        }
+        leave_forward(&mut stamps);
         Ok(Some(stamps))
     }
 

@@ -2,7 +2,7 @@
 
 use super::Channel;
 use super::log::Part;
-use crate::finding::{Finding, FindingKind, Severity};
+use crate::finding::{self, Finding, FindingKind, Severity};
 use crate::manifest::{ChannelSpec, Instrument, RunSpec};
 use crate::units::Unit;
 
@@ -121,17 +121,7 @@ pub(super) fn tare(
 
 /// Adds a counter's period behind every place where it started anew, as the session says it does; and says so.
 pub(super) fn unwrapped(run: &RunSpec, clock: &str, part: &Part, stamps: &mut [f64], wrap_s: f64) -> Option<Finding> {
-    let mut wraps = Vec::new();
-    let (mut before, mut added) = (f64::NAN, 0.0);
-    for (i, stamp) in stamps.iter_mut().enumerate().filter(|(_, t)| t.is_finite()) {
-        // Back by more than half the period: less is disorder, and is left as it is.
-        if before - *stamp > 0.5 * wrap_s {
-            added += wrap_s;
-            wraps.push(i);
-        }
-        before = *stamp;
-        *stamp += added;
-    }
+    let wraps = finding::unwrap(stamps, wrap_s);
     let first = *wraps.first()?;
     Some(Finding {
         kind: FindingKind::ClockWrap,

@@ -1,8 +1,12 @@
 //! What can be said of a column without keeping it: numbers go by once, in blocks, in bounded memory.
 
 mod clock;
+mod sketch;
+mod wrap;
 
-pub use clock::{ClockSummary, ClockWatch};
+pub use clock::{ClockSummary, ClockWatch, Places, Step, StepSummary};
+pub(crate) use clock::{Steps, Teller, samples, stamp};
+pub use wrap::Wrap;
 
 use crate::finding::{Finding, LineMap};
 
