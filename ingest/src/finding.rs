@@ -44,6 +44,8 @@ pub enum FindingKind {
     Encoding,
     /// The header names another number of columns than the lines hold.
     HeaderMismatch,
+    /// The header runs into the first sample without a line end.
+    HeaderGlued,
     /// Text where a number should stand.
     NonNumericCell,
     /// The instrument wrote that it had no value: `NaN`, `inf`, `--`, `n/a`.
@@ -139,6 +141,7 @@ impl FindingKind {
         match self {
             Self::Encoding => "encoding",
             Self::HeaderMismatch => "header-mismatch",
+            Self::HeaderGlued => "header-glued",
             Self::NonNumericCell => "non-numeric-cell",
             Self::NoValue => "no-value",
             Self::EmptyCell => "empty-cell",

@@ -400,6 +400,52 @@ fn a_header_that_does_not_fit_gives_no_name_to_the_wrong_column() {
 }
 
 #[test]
+fn a_header_that_runs_into_the_first_sample_gives_names_and_sample() {
+    let glued = |severity| (FindingKind::HeaderGlued, severity, 1, vec![(1, 1)]);
+    for end in ["\n", "\r\r\n"] {
+        let log = log(["time,p,flex0.00,1.2,3", "0.01,1.3,4", "0.02,1.4,5", ""].join(end));
+        assert_eq!((log.rows, names(&log)), (3, vec!["time", "p", "flex"]));
+        assert_eq!((numbers(&log, 0), numbers(&log, 2)), (&[0.0, 0.01, 0.02][..], &[3.0, 4.0, 5.0][..]));
+        assert_eq!([0, 1, 2].map(|row| log.line_of(row)), [1, 2, 3]);
+        assert_eq!(told(&log), [glued(Severity::Note)]);
+        assert_eq!(
+            log.findings[0].text,
+            "line 1 holds the names and, without a line end, the first sample: \
+             `flex0.00` is read as the name `flex` and the number `0.00`"
+        );
+    }
+    // Half a line before it, decimal commas, units, a sign, a unit in Latin-1.
+    let log = self::log("3,4\nt [s];p [kPa]-0,50;1,5\n0,00;1,6\n0,50;1,7\n");
+    assert_eq!((names(&log), numbers(&log, 0)), (vec!["t [s]", "p [kPa]"], &[-0.5, 0.0, 0.5][..]));
+    assert_eq!((units(&log), log.metadata.as_slice()), (vec![Some("s"), Some("kPa")], &["3,4".to_owned()][..]));
+    let log = self::log(b"t,angle (\xb0)1520,3\n1530,4\n1540,5\n");
+    assert_eq!((names(&log)[1], numbers(&log, 0)[0]), ("angle (°)", 1520.0));
+    assert_eq!(told(&log).iter().map(|t| t.0).collect::<Vec<_>>(), [FindingKind::Encoding, FindingKind::HeaderGlued]);
+    let log = self::log("t,p\ns,kPa0.5,1.2\n1.0,1.3\n1.5,1.4\n");
+    assert_eq!((names(&log), units(&log), log.rows), (vec!["t", "p"], vec![Some("s"), Some("kPa")], 3));
+}
+
+#[test]
+fn a_sample_is_lost_where_the_end_of_the_last_name_is_not_certain() {
+    for text in [
+        // `p1` and 0, or `p` and 10?
+        "t,p10,5\n1,5\n2,5\n",
+        // A sign belongs to the number, but a name may end in one as well.
+        "t,p_1-0.5,5\n0.0,5\n0.5,5\n",
+        // A stamp behind the one that follows: rather a count of channels.
+        "Rate,Ch7,100\n0,1\n1,2\n2,3\n",
+    ] {
+        let log = log(text);
+        assert_eq!((log.line_of(0), names(&log)[1]), (2, "column 2"), "{text}");
+        assert_eq!(told(&log), [(FindingKind::HeaderGlued, Severity::Excluded, 1, vec![(1, 1)])], "{text}");
+    }
+    // Names and nothing else, however many.
+    let log = log("a,b,c1,d,e\n1,2,3\n4,5,6\n");
+    assert_eq!(told(&log)[0].0, FindingKind::HeaderMismatch);
+    assert_eq!(self::log("t,p1\n0,1\n1,2\n").findings, []);
+}
+
+#[test]
 fn names_with_blanks_between_blanks() {
     let log = log("Time (s)  Pressure (kPa)\n 0.0  1.0\n 0.1  1.2\n");
     assert_eq!((names(&log), units(&log)), (vec!["Time (s)", "Pressure (kPa)"], vec![Some("s"), Some("kPa")]));

@@ -6,9 +6,10 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `text.rs` | encodings, line ends, quotes: bytes to cells |
+//! | `source.rs` | encodings, and the part of the text that is in memory |
+//! | `text.rs` | line ends, quotes: text to cells |
 //! | `numbers.rs` | decimal numbers, correctly rounded |
-//! | `sniff.rs` | the layout |
+//! | `sniff/` | the layout, from the first lines |
 //! | `rows.rs` | the pass over the data, fast where lines are plain |
 //! | `tally.rs` | findings while reading, and their sentences |
 //! | `write.rs` | the writer |
@@ -17,22 +18,28 @@ mod cells;
 mod numbers;
 mod rows;
 mod sniff;
+mod source;
 mod tally;
+#[cfg(test)]
+mod tests;
 mod text;
 mod write;
 
-use std::io::Read;
+use std::collections::{HashMap, HashSet};
 
-use crate::error::{IngestError, Place};
+use crate::error::{IngestError, Place, shown};
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::limits::LOG_BYTES_MAX;
 use crate::raw::RawFile;
 use crate::recording::{Cells, Column, Keep, Recording, Table};
 use crate::units::{Spelling, Unit};
 
+use sniff::Glued;
+use source::{BadLines, CHUNK, Ending};
+
 pub use numbers::{Decimal, parse as parse_number};
 pub use sniff::{Comment, Comments, Layout};
-pub use text::Encoding;
+pub use source::Encoding;
 pub use write::{WriteOptions, write};
 
 /// What is known about a log beforehand; `None` is found out from the bytes.
@@ -107,45 +114,62 @@ impl TextLog {
 /// [`IngestError::Unusable`] if there is no table of numbers, or not the header that was asked for, and for sizes beyond
 /// [`crate::limits`]; [`IngestError::TooLarge`] for too many bytes.
 pub fn read(file: &str, bytes: &[u8], options: &CsvOptions) -> Result<TextLog, IngestError> {
-    check_size(file, bytes)?;
-    let text = text::decode(bytes);
-    let found = sniff::sniff(file, &text, options)?;
+    read_log(&RawFile::of_bytes(file, bytes), options, Keep::All, CHUNK)
+}
+
+/// Reads a raw file of delimited text as a recording of one table, in memory for the columns that are kept and a bounded rest.
+///
+/// # Errors
+/// As [`read`], and [`IngestError::Read`] if the file cannot be read.
+pub fn read_raw(raw: &RawFile, options: &CsvOptions, keep: Keep) -> Result<Recording, IngestError> {
+    Ok(read_log(raw, options, keep, CHUNK)?.into())
+}
+
+/// Reads a log in pieces of `chunk` bytes, whose size changes nothing of what is read.
+fn read_log(raw: &RawFile, options: &CsvOptions, keep: Keep, chunk: usize) -> Result<TextLog, IngestError> {
+    let file = raw.name();
+    if raw.len() > LOG_BYTES_MAX {
+        return Err(IngestError::TooLarge { path: file.into(), bytes: raw.len(), limit: LOG_BYTES_MAX });
+    }
+    let mut found = sniff::sniff(raw, options)?;
+    let (names, units) = names_and_units(&mut found.layout);
+    let keep: Vec<bool> = names.iter().enumerate().map(|(i, name)| keep.keeps("", name, i + 1)).collect();
     let mut is_text = found.text.clone();
-    let mut rows = rows::read(file, &text.bytes, &found, &is_text)?;
+    let pass = |is_text: &[bool]| rows::read(rows::Task { raw, found: &found, is_text, keep: &keep, chunk });
+    let mut rows = pass(&is_text)?;
     // The first lines may not be like the others; kinds are those of the whole column, and the same in a second pass.
     if let Some(kinds) = rows.other_kinds(&is_text) {
+        drop(rows);
         is_text = kinds;
-        rows = rows::read(file, &text.bytes, &found, &is_text)?;
+        rows = pass(&is_text)?;
     }
-    let mut layout = found.layout;
-    let (names, units) = names_and_units(&mut layout);
-    let metadata = metadata(&text.bytes, found.metadata_lines);
 
-    let rows::Rows { numbers, texts, lines, mut tally, .. } = rows;
-    tell_file(file, &text, &lines, &mut tally);
-    tell_head(file, &layout, found.misfit, &found.cut, &mut tally);
+    let rows::Rows { numbers, texts, lines, mut tally, metadata, bad, ending, .. } = rows;
+    let bad = if bad.count > 0 { &bad } else { &ending.bad };
+    let sniff::Found { mut layout, misfit, cut, glued, .. } = found;
+    layout.encoding = match ending.encoding {
+        Encoding::Utf8 | Encoding::Utf8Bom if bad.count > 0 => Encoding::Latin1,
+        encoding => encoding,
+    };
+    if layout.encoding != Encoding::Utf8 {
+        // Behind the delimiter; that single lines are Latin-1 is known at the end only.
+        layout.reasons.insert(1, format!("the text is {}", layout.encoding.name()));
+    }
+    tell_file(file, layout.encoding, bad, &ending, &lines, &mut tally);
+    tell_head(file, &layout, misfit, &cut, glued.as_ref(), &mut tally);
     let findings = tally.findings(file, &names, layout.cells_per_line);
     let columns = numbers
         .into_iter()
         .zip(texts)
-        .zip(is_text)
+        .zip(is_text.into_iter().zip(keep))
         .zip(names.into_iter().zip(units))
-        .map(|(((numbers, text), is_text), (name, unit))| {
-            let cells = if is_text { Cells::Text(text) } else { Cells::Numbers(numbers) };
-            Column::new(&name, unit.as_deref(), cells)
+        .map(|(((numbers, text), (is_text, keep)), (name, unit))| match (is_text, keep) {
+            (false, _) => numbers.finish(name, unit),
+            (true, true) => Column::new(&name, unit.as_deref(), Cells::Text(text)),
+            (true, false) => Column::new(&name, unit.as_deref(), Cells::NotKept),
         })
         .collect();
     Ok(TextLog { layout, columns, rows: lines.rows(), lines, findings, metadata })
-}
-
-/// Reads a raw file of delimited text as a recording of one table.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_raw(raw: &RawFile, options: &CsvOptions, _keep: Keep) -> Result<Recording, IngestError> {
-    let mut bytes = Vec::new();
-    raw.reader()?.read_to_end(&mut bytes).map_err(|source| raw.failed(source))?;
-    Ok(read(raw.name(), &bytes, options)?.into())
 }
 
 impl From<TextLog> for Recording {
@@ -164,43 +188,63 @@ impl From<TextLog> for Recording {
     }
 }
 
-fn check_size(file: &str, bytes: &[u8]) -> Result<(), IngestError> {
-    if bytes.len() as u64 <= LOG_BYTES_MAX {
-        return Ok(());
-    }
-    Err(IngestError::TooLarge { path: file.into(), bytes: bytes.len() as u64, limit: LOG_BYTES_MAX })
-}
-
 /// Findings about the bytes.
-fn tell_file(file: &str, text: &text::Text, lines: &LineMap, tally: &mut tally::Tally) {
+fn tell_file(
+    file: &str,
+    encoding: Encoding,
+    bad: &BadLines,
+    ending: &Ending,
+    lines: &LineMap,
+    tally: &mut tally::Tally,
+) {
     let end = [(lines.rows(), lines.line_of(lines.rows().saturating_sub(1)))];
-    if text.bad_lines > 0 {
-        let what = match text.encoding {
+    if bad.count > 0 {
+        let what = match encoding {
             Encoding::Latin1 => "not in UTF-8, read as Latin-1",
             _ => "with UTF-16 units that mean nothing, shown as `\u{fffd}`",
         };
-        let first: Vec<String> = text.first_bad_lines.iter().take(3).map(ToString::to_string).collect();
-        let more = if text.bad_lines > first.len() { ", ..." } else { "" };
-        let lines_word = if text.bad_lines == 1 { "line" } else { "lines" };
-        let sentence = format!("{} {lines_word} {what} ({lines_word} {}{more})", text.bad_lines, first.join(", "));
-        tally.encoding(file, text.bad_lines, &text.first_bad_lines, lines, sentence);
+        let first: Vec<String> = bad.first.iter().take(3).map(ToString::to_string).collect();
+        let more = if bad.count > first.len() { ", ..." } else { "" };
+        let lines_word = if bad.count == 1 { "line" } else { "lines" };
+        let sentence = format!("{} {lines_word} {what} ({lines_word} {}{more})", bad.count, first.join(", "));
+        tally.encoding(file, bad.count, &bad.first, lines, sentence);
     }
-    if text.zeros > 0 {
+    if ending.zeros > 0 {
         let sentence = format!(
             "the file ends in {} zero bytes, as after a power cut while it was written; what they stand for is lost",
-            text.zeros
+            ending.zeros
         );
         tally.tell(file, FindingKind::Truncated, Severity::Lost, &end, sentence);
     }
-    if text.half_unit {
+    if ending.half_unit {
         let sentence = "the file ends within a character; what followed is lost".to_owned();
         tally.tell(file, FindingKind::Truncated, Severity::Lost, &end, sentence);
     }
 }
 
 /// Findings about what stands above the data.
-fn tell_head(file: &str, layout: &Layout, misfit: Option<(usize, usize)>, cut: &[usize], tally: &mut tally::Tally) {
+fn tell_head(
+    file: &str,
+    layout: &Layout,
+    misfit: Option<(usize, usize)>,
+    cut: &[usize],
+    glued: Option<&Glued>,
+    tally: &mut tally::Tally,
+) {
     let usual = layout.cells_per_line;
+    if let Some(Glued { line, cell, name }) = glued {
+        let holds = format!("line {line} holds the names and, without a line end,");
+        let (severity, text) = if let Some(name) = name {
+            let number = shown(cell.strip_prefix(name.as_str()).unwrap_or_default());
+            let done = format!("{} is read as the name {} and the number {number}", shown(cell), shown(name));
+            (Severity::Note, format!("{holds} the first sample: {done}"))
+        } else {
+            let open = format!("where in {} the name ends is not certain", shown(cell));
+            let done = "the column has no name, and the sample is left out";
+            (Severity::Excluded, format!("{holds} a sample: {open}; {done}"))
+        };
+        tally.tell(file, FindingKind::HeaderGlued, severity, &[(0, *line)], text);
+    }
     if let Some((line, cells)) = misfit {
         let what = if layout.names.is_some() {
             format!("columns {} to {cells} hold nothing where lines are not longer", usual + 1)
@@ -222,15 +266,18 @@ fn tell_head(file: &str, layout: &Layout, misfit: Option<(usize, usize)>, cut: &
 fn names_and_units(layout: &mut Layout) -> (Vec<String>, Vec<Option<String>>) {
     let mut names: Vec<String> = Vec::with_capacity(layout.columns);
     let mut units = Vec::with_capacity(layout.columns);
+    let (mut taken, mut copies) = (HashSet::new(), HashMap::new());
     for column in 0..layout.columns {
         let written = layout.names.as_ref().and_then(|names| names.get(column)).map_or("", |name| name.trim());
         let base = if written.is_empty() { format!("column {}", column + 1) } else { written.to_owned() };
         let mut name = base.clone();
-        let mut copy = 1;
-        while names.contains(&name) {
-            copy += 1;
+        // Counted on from where the last of that name stopped: four thousand equal names must not take minutes.
+        let copy = copies.entry(base.clone()).or_insert(1);
+        while taken.contains(&name) {
+            *copy += 1;
             name = format!("{base} ({copy})");
         }
+        taken.insert(name.clone());
         let of_row = layout.units.as_ref().map(|units| units.get(column).map_or("", |unit| without_brackets(unit)));
         let unit = match of_row {
             Some(unit) => (!unit.is_empty()).then(|| unit.to_owned()),
@@ -273,16 +320,6 @@ fn unit_in_name(name: &str) -> Option<&str> {
     }
     let (_, unit) = name.rsplit_once('_')?;
     (known(unit) && !NOT_AFTER_UNDERSCORE.contains(&unit.to_lowercase().as_str())).then_some(unit)
-}
-
-fn metadata(bytes: &[u8], count: usize) -> Vec<String> {
-    let (mut lines, mut at) = (Vec::new(), 0);
-    while lines.len() < count && at < bytes.len() {
-        let end = text::line_end(bytes, at);
-        lines.push(text::to_text(&bytes[at..end]));
-        at = text::after_line_end(bytes, end);
-    }
-    lines
 }
 
 fn unusable(file: &str, line: Option<usize>, expected: &str, found: String, next: &str) -> IngestError {

@@ -1,24 +1,32 @@
-//! The pass over the lines of data: a fast path for lines that are numbers and nothing else, and a careful one for every other line.
+//! The pass over the lines of a log: a fast path for lines that are numbers and nothing else, and a careful one for every other line.
 
 use super::cells::{Facts, Kind, facts, filled, kind};
 use super::numbers;
 use super::sniff::{Found, check_line};
+use super::source::{BadLines, Ending, Source, Window};
 use super::tally::{Tally, quoted};
-use super::text::{Cell, Record, after_line_end, split, trim};
+use super::text::{Cell, Record, after_line_end, check_utf8, split, to_text, trim};
 use super::unusable;
 use crate::IngestError;
 use crate::finding::{FindingKind, LineMap, Severity};
 use crate::limits::{LINE_BYTES_MAX, LOG_CELLS_MAX};
+use crate::raw::RawFile;
+use crate::recording::Builder;
 
 /// What a pass has read.
 #[derive(Debug)]
 pub(super) struct Rows {
     /// One per column; empty for a column of text.
-    pub numbers: Vec<Vec<f64>>,
-    /// One per column; empty for a column of numbers.
+    pub numbers: Vec<Builder>,
+    /// One per column; empty for a column of numbers, and for text that is not kept.
     pub texts: Vec<Vec<String>>,
     pub lines: LineMap,
     pub tally: Tally,
+    /// Lines before the table.
+    pub metadata: Vec<String>,
+    /// Lines that are not UTF-8.
+    pub bad: BadLines,
+    pub ending: Ending,
     /// Per column: cells that are text less cells that are numbers.
     balance: Vec<i64>,
 }
@@ -31,88 +39,153 @@ impl Rows {
     }
 }
 
-/// A line of text that is a trailer unless data follow.
-struct Pending {
-    start: usize,
-    line: usize,
+/// What a pass is to do.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub raw: &'a RawFile<'a>,
+    pub found: &'a Found,
+    /// Which columns are text.
+    pub is_text: &'a [bool],
+    /// Which columns are kept.
+    pub keep: &'a [bool],
+    /// Bytes read at once.
+    pub chunk: usize,
 }
 
-/// Lines of text in a row: beyond this they are no trailer of a log, and would only fill memory.
+/// Lines of text that are a trailer unless data follow: what stands on them, without line ends.
+#[derive(Debug, Default)]
+struct Pending {
+    bytes: Vec<u8>,
+    /// Where in `bytes` each ends, and its number.
+    lines: Vec<(usize, usize)>,
+}
+
+/// Lines of text in a row, and their bytes: beyond this they are no trailer of a log, and would only fill memory.
 const PENDING_MAX: usize = 1 << 20;
+const PENDING_BYTES_MAX: usize = 16 << 20;
+
+/// Lines before the table that are kept, and their bytes. There are only more of them where they are skipped as asked.
+const METADATA_LINES_MAX: usize = 100_000;
+const METADATA_BYTES_MAX: usize = 16 << 20;
 
 struct Reader<'a> {
-    file: &'a str,
-    bytes: &'a [u8],
-    found: &'a Found,
-    is_text: &'a [bool],
+    task: Task<'a>,
     usual: usize,
-    out: Rows,
-    pending: Vec<Pending>,
+    numbers: Vec<Builder>,
+    texts: Vec<Vec<String>>,
+    lines: LineMap,
+    tally: Tally,
+    bad: BadLines,
+    balance: Vec<i64>,
+    pending: Pending,
     cells: Vec<Cell>,
     reserved: bool,
 }
 
-pub(super) fn read(file: &str, bytes: &[u8], found: &Found, is_text: &[bool]) -> Result<Rows, IngestError> {
+pub(super) fn read(task: Task) -> Result<Rows, IngestError> {
+    let Task { raw, found, is_text, keep, chunk } = task;
     let (columns, usual) = (found.layout.columns, found.layout.cells_per_line);
+    let mut source = Source::open(raw, chunk)?;
+    let mut bad = BadLines::default();
+    let metadata = head(&mut source, found, &mut bad)?;
     let mut reader = Reader {
-        file,
-        bytes,
-        found,
-        is_text,
+        task,
         usual,
-        out: Rows {
-            numbers: vec![Vec::new(); columns],
-            texts: vec![Vec::new(); columns],
-            lines: LineMap::default(),
-            tally: Tally::default(),
-            balance: vec![0; columns],
-        },
-        pending: Vec::new(),
+        numbers: keep.iter().zip(is_text).map(|(keep, is_text)| Builder::new(*keep && !is_text)).collect(),
+        texts: vec![Vec::new(); columns],
+        lines: LineMap::default(),
+        tally: Tally::default(),
+        bad,
+        balance: vec![0; columns],
+        pending: Pending::default(),
         cells: Vec::new(),
         reserved: false,
     };
-    let all_numbers = !is_text.contains(&true);
     let (delimiter, decimal) = (found.layout.delimiter, found.layout.decimal.byte());
+    // Numbers and an ASCII delimiter are UTF-8.
+    let is_plain = !is_text.contains(&true) && delimiter.is_ascii();
     let mut row = vec![0.0; usual];
-    let (mut at, mut line) = (found.data_at, found.layout.data_line);
+    let mut line = found.layout.data_line;
     let mut since_check = 0;
     let mut fast_rows = 0_i64;
-    while at < bytes.len() {
-        if since_check == 0 {
-            since_check = 1 << 8;
-            reader.check_size(line)?;
-            reader.reserve(at);
+    loop {
+        let window = source.window();
+        let bytes = window.bytes;
+        // A carriage return in the last bytes may be the beginning of a line end of three.
+        let decided = if window.ended { bytes.len() } else { bytes.len().saturating_sub(2) };
+        let mut at = 0;
+        while at < bytes.len() {
+            if since_check == 0 {
+                since_check = 1 << 8;
+                reader.check_size(line)?;
+                reader.reserve(source.offset() + at as u64, source.expected_length());
+            }
+            since_check -= 1;
+            if is_plain
+                && let Some(next) = fast_line(bytes, at, delimiter, decimal, &mut row)
+                && next <= decided
+                && next - at <= LINE_BYTES_MAX
+            {
+                if !reader.pending.lines.is_empty() {
+                    reader.settle()?;
+                }
+                for (column, value) in reader.numbers.iter_mut().zip(&row) {
+                    column.push(*value);
+                }
+                for column in reader.numbers.iter_mut().skip(usual) {
+                    column.push(f64::NAN);
+                }
+                reader.lines.push(line);
+                fast_rows += 1;
+                at = next;
+                line += 1;
+            } else if let Some(record) = reader.careful_line(window, at, line)? {
+                at = record.next;
+                line += record.lines;
+            } else {
+                break;
+            }
         }
-        since_check -= 1;
-        if all_numbers && let Some(next) = fast_line(bytes, at, delimiter, decimal, &mut row) {
-            if next - at > LINE_BYTES_MAX {
-                check_line(file, Record { start: at, end: next, next, lines: 1 }, line)?;
-            }
-            if !reader.pending.is_empty() {
-                reader.settle()?;
-            }
-            for (column, value) in reader.out.numbers.iter_mut().zip(&row) {
-                column.push(*value);
-            }
-            for column in reader.out.numbers.iter_mut().skip(usual) {
-                column.push(f64::NAN);
-            }
-            reader.out.lines.push(line);
-            fast_rows += 1;
-            at = next;
-            line += 1;
-        } else {
-            let record = reader.careful_line(at, line)?;
-            at = record.next;
-            line += record.lines;
+        if window.ended {
+            break;
         }
+        source.consume(at);
+        source.fill()?;
     }
-    for balance in reader.out.balance.iter_mut().take(usual) {
+    for balance in reader.balance.iter_mut().take(usual) {
         *balance -= fast_rows;
     }
     reader.trailer();
     reader.check_size(line)?;
-    Ok(reader.out)
+    let Reader { numbers, texts, lines, tally, bad, balance, .. } = reader;
+    Ok(Rows { numbers, texts, lines, tally, metadata, bad, ending: source.ending(), balance })
+}
+
+/// Goes past the lines before the data; gives those before the table.
+fn head(source: &mut Source, found: &Found, bad: &mut BadLines) -> Result<Vec<String>, IngestError> {
+    let (mut metadata, mut metadata_bytes) = (Vec::new(), 0);
+    let mut line = 1;
+    while source.offset() < found.data_at {
+        let window = source.window();
+        let Some((end, next)) = window.line(0).filter(|(_, next)| *next > 0) else {
+            if window.ended {
+                break;
+            }
+            source.fill()?;
+            continue;
+        };
+        // A header may run into the data.
+        let rest = usize::try_from(found.data_at - source.offset()).unwrap_or(usize::MAX);
+        let text = &window.bytes[..end.min(rest)];
+        check_utf8(text, line, bad);
+        metadata_bytes += text.len();
+        if line <= found.metadata_lines && metadata.len() < METADATA_LINES_MAX && metadata_bytes <= METADATA_BYTES_MAX {
+            metadata.push(to_text(text));
+        }
+        source.consume(next.min(rest));
+        line += 1;
+    }
+    Ok(metadata)
 }
 
 /// A line of exactly as many finite numbers as `row` holds, with its line end; where the next one begins. `None` for every other line,
@@ -153,67 +226,79 @@ fn fast_line(bytes: &[u8], start: usize, delimiter: u8, decimal: u8, row: &mut [
 
 impl Reader<'_> {
     fn check_size(&self, line: usize) -> Result<(), IngestError> {
-        let cells = self.out.lines.rows().saturating_mul(self.found.layout.columns);
+        let cells = self.lines.rows().saturating_mul(self.task.found.layout.columns);
         // A cell costs a byte of the file; many more cells than bytes are holes under a header far too wide.
-        let limit = LOG_CELLS_MAX.min(self.bytes.len().saturating_mul(4).saturating_add(1 << 20));
+        let bytes = usize::try_from(self.task.raw.len()).unwrap_or(usize::MAX);
+        let limit = LOG_CELLS_MAX.min(bytes.saturating_mul(4).saturating_add(1 << 20));
         if cells <= limit {
             return Ok(());
         }
         let expected = format!("at most {limit} cells, rows times columns");
         let next = "split the log, or correct a header that names far more columns than there are";
-        Err(unusable(self.file, Some(line), &expected, format!("{cells} so far"), next))
+        Err(unusable(self.task.raw.name(), Some(line), &expected, format!("{cells} so far"), next))
     }
 
     /// Asks once, after some lines, for the memory that as many bytes on all other lines would need.
-    fn reserve(&mut self, at: usize) {
-        let rows = self.out.lines.rows();
-        let read = at - self.found.data_at;
+    fn reserve(&mut self, at: u64, length: u64) {
+        let rows = self.lines.rows();
+        let read = at.saturating_sub(self.task.found.data_at);
         if self.reserved || rows == 0 || read == 0 {
             return;
         }
         self.reserved = true;
-        let rest = (self.bytes.len() - at) as u128;
-        let expected = usize::try_from(rest * rows as u128 / read as u128).unwrap_or(usize::MAX);
-        let expected = (expected + expected / 64).min(LOG_CELLS_MAX / self.found.layout.columns);
-        for (column, is_text) in self.out.numbers.iter_mut().zip(self.is_text) {
-            if !is_text {
-                column.reserve(expected);
-            }
+        let rest = u128::from(length.saturating_sub(at));
+        let expected = usize::try_from(rest * rows as u128 / u128::from(read)).unwrap_or(usize::MAX);
+        let expected = expected.saturating_add(expected / 64).min(LOG_CELLS_MAX / self.task.found.layout.columns);
+        for column in &mut self.numbers {
+            column.reserve(expected);
         }
     }
 
-    fn careful_line(&mut self, at: usize, line: usize) -> Result<Record, IngestError> {
-        let Found { layout, comments, .. } = self.found;
+    /// Reads a line, whatever it is; `None` if that cannot be said yet.
+    fn careful_line(&mut self, window: Window, at: usize, line: usize) -> Result<Option<Record>, IngestError> {
+        let Found { layout, comments, .. } = self.task.found;
         let mut cells = std::mem::take(&mut self.cells);
-        let record = split(self.bytes, at, layout.delimiter, &mut cells);
-        check_line(self.file, record, line)?;
+        let Some(record) = split(window, at, layout.delimiter, &mut cells) else {
+            self.cells = cells;
+            return Ok(None);
+        };
+        check_line(self.task.raw.name(), record, line)?;
         let blank = filled(&cells) == 0;
         cells.truncate(self.held(&cells));
-        let raw = &self.bytes[record.start..record.end];
-        let next_row = self.out.lines.rows();
+        let raw = &window.bytes[record.start..record.end];
+        check_utf8(raw, line, &mut self.bad);
+        let next_row = self.lines.rows();
         if !blank && comments.mark(raw).is_some() {
             let raw = trim(raw);
             if self.is_header(raw) {
-                self.out.tally.line(FindingKind::RepeatedHeader, next_row, line, || quoted(raw));
+                self.tally.line(FindingKind::RepeatedHeader, next_row, line, || quoted(raw));
             } else {
-                self.out.tally.line(FindingKind::CommentLine, next_row, line, || quoted(raw));
+                self.tally.line(FindingKind::CommentLine, next_row, line, || quoted(raw));
             }
         } else if !blank {
-            let facts = facts(self.bytes, &cells, layout.decimal, self.is_text);
+            let facts = facts(window.bytes, &cells, layout.decimal, self.task.is_text);
             if self.is_sample(facts, cells.len()) {
                 self.settle()?;
-                self.sample(record, &mut cells, line);
+                self.sample(window.bytes, record, &mut cells, line);
             } else {
-                if self.pending.len() == PENDING_MAX {
-                    let expected = "samples among the lines";
-                    let found = format!("{PENDING_MAX} lines in a row that are text");
-                    return Err(unusable(self.file, Some(line), expected, found, "split the log"));
-                }
-                self.pending.push(Pending { start: record.start, line });
+                self.postpone(raw, line)?;
             }
         }
         self.cells = cells;
-        Ok(record)
+        Ok(Some(record))
+    }
+
+    /// Keeps a line of text until it is known whether data follow.
+    fn postpone(&mut self, raw: &[u8], line: usize) -> Result<(), IngestError> {
+        let Pending { bytes, lines } = &mut self.pending;
+        if lines.len() == PENDING_MAX || bytes.len() + raw.len() > PENDING_BYTES_MAX {
+            let found = format!("{} lines in a row that are text", lines.len() + 1);
+            let expected = "samples among the lines";
+            return Err(unusable(self.task.raw.name(), Some(line), expected, found, "split the log"));
+        }
+        bytes.extend_from_slice(raw);
+        lines.push((bytes.len(), line));
+        Ok(())
     }
 
     /// Whether a line that is neither blank nor a comment is a sample. One with fewer or more cells than usual is one if it begins with
@@ -232,51 +317,57 @@ impl Reader<'_> {
 
     /// Data follow after lines of text, so these are no trailer.
     fn settle(&mut self) -> Result<(), IngestError> {
-        if self.pending.is_empty() {
+        if self.pending.lines.is_empty() {
             return Ok(());
         }
-        let mut cells = Vec::new();
-        for Pending { start, line } in std::mem::take(&mut self.pending) {
-            let record = split(self.bytes, start, self.found.layout.delimiter, &mut cells);
+        let Pending { bytes, lines } = std::mem::take(&mut self.pending);
+        let (mut cells, mut start) = (Vec::new(), 0);
+        for (end, line) in lines {
+            let window = Window::whole(&bytes[..end]);
+            let record = split(window, start, self.task.found.layout.delimiter, &mut cells);
+            // Its line end stands in the file.
+            let record = record.unwrap_or(Record { start, end, next: end, lines: 1 }).ended();
             cells.truncate(self.held(&cells));
-            let raw = trim(&self.bytes[record.start..record.end]);
-            let row = self.out.lines.rows();
+            let raw = trim(&bytes[start..end]);
+            let row = self.lines.rows();
             if self.is_header(raw) {
-                self.out.tally.line(FindingKind::RepeatedHeader, row, line, || quoted(raw));
+                self.tally.line(FindingKind::RepeatedHeader, row, line, || quoted(raw));
             } else if cells.len() == self.usual {
                 // A sample whose channels all failed: it keeps its place, or the samples behind it would move.
                 self.check_size(line)?;
-                self.sample(record, &mut cells, line);
+                self.sample(&bytes, record, &mut cells, line);
             } else {
-                self.out.tally.line(FindingKind::SkippedLine, row, line, || quoted(raw));
+                self.tally.line(FindingKind::SkippedLine, row, line, || quoted(raw));
             }
+            start = end;
         }
         Ok(())
     }
 
     fn trailer(&mut self) {
-        let row = self.out.lines.rows();
-        let mut cells = Vec::new();
-        for Pending { start, line } in std::mem::take(&mut self.pending) {
-            let record = split(self.bytes, start, self.found.layout.delimiter, &mut cells);
-            let raw = trim(&self.bytes[record.start..record.end]);
+        let Pending { bytes, lines } = std::mem::take(&mut self.pending);
+        let row = self.lines.rows();
+        let mut start = 0;
+        for (end, line) in lines {
+            let raw = trim(&bytes[start..end]);
             let kind = if self.is_header(raw) { FindingKind::RepeatedHeader } else { FindingKind::Trailer };
-            self.out.tally.line(kind, row, line, || quoted(raw));
+            self.tally.line(kind, row, line, || quoted(raw));
+            start = end;
         }
     }
 
     fn is_header(&self, line: &[u8]) -> bool {
-        self.found.header.iter().any(|header| header == line)
+        self.task.found.header.iter().any(|header| header == line)
     }
 
     /// Takes a sample, holes where there is no number.
-    fn sample(&mut self, record: Record, cells: &mut Vec<Cell>, line: usize) {
-        let row = self.out.lines.rows();
-        let layout = &self.found.layout;
+    fn sample(&mut self, bytes: &[u8], record: Record, cells: &mut Vec<Cell>, line: usize) {
+        let row = self.lines.rows();
+        let layout = &self.task.found.layout;
         let held = if record.is_ended() { cells.len() } else { filled(cells) };
         if !record.is_ended() {
             if held < self.usual {
-                let raw = &self.bytes[record.start..record.end];
+                let raw = &bytes[record.start..record.end];
                 // Unless a delimiter closes it, the last cell may be cut too: `12.5` of `12.53`.
                 let cut = raw.last() != Some(&layout.delimiter);
                 let kept = if cut { held.saturating_sub(1) } else { held };
@@ -286,7 +377,7 @@ impl Reader<'_> {
                     "the file ends within line {line}: {held} of {} cells are there{cell}; what followed is lost",
                     self.usual
                 );
-                self.out.tally.tell(self.file, FindingKind::Truncated, Severity::Lost, &[(row, line)], text);
+                self.tally.tell(self.task.raw.name(), FindingKind::Truncated, Severity::Lost, &[(row, line)], text);
                 if kept == 0 {
                     return;
                 }
@@ -294,30 +385,32 @@ impl Reader<'_> {
                 let text = format!(
                     "line {line}, the last, has no line end: its last number may be cut, or nothing is missing"
                 );
-                self.out.tally.tell(self.file, FindingKind::NoLineEnd, Severity::Note, &[(row, line)], text);
+                self.tally.tell(self.task.raw.name(), FindingKind::NoLineEnd, Severity::Note, &[(row, line)], text);
             }
         } else if held != self.usual && held != layout.columns {
-            self.out.tally.line(FindingKind::RaggedLine, row, line, || format!("{held} cells"));
+            self.tally.line(FindingKind::RaggedLine, row, line, || format!("{held} cells"));
         }
         // Which of too many cells is the one too many, nobody knows: a decimal comma between commas shifts all that follow.
         let shifted = record.is_ended() && held > self.usual && held != layout.columns;
         if shifted {
             cells.clear();
         }
-        for (column, is_text) in self.is_text.iter().enumerate() {
+        for (column, is_text) in self.task.is_text.iter().enumerate() {
             let cell = cells.get(column);
-            let bytes = cell.map_or(&[][..], |c| c.of(self.bytes));
-            let kind = kind(bytes, layout.decimal);
+            let written = cell.map_or(&[][..], |c| c.of(bytes));
+            let kind = kind(written, layout.decimal);
             match kind {
-                Kind::Number(_) => self.out.balance[column] -= 1,
-                Kind::Text => self.out.balance[column] += 1,
+                Kind::Number(_) => self.balance[column] -= 1,
+                Kind::Text => self.balance[column] += 1,
                 Kind::Empty | Kind::Hole => {}
             }
             if *is_text {
-                self.out.texts[column].push(cell.map(|c| c.text(self.bytes)).unwrap_or_default());
+                if self.task.keep[column] {
+                    self.texts[column].push(cell.map(|c| c.text(bytes)).unwrap_or_default());
+                }
                 continue;
             }
-            let mut hole = |found| self.out.tally.cell(found, column, row, line, bytes);
+            let mut hole = |found| self.tally.cell(found, column, row, line, written);
             let number = match kind {
                 Kind::Number(number) => number,
                 Kind::Text => {
@@ -336,8 +429,8 @@ impl Reader<'_> {
                     f64::NAN
                 }
             };
-            self.out.numbers[column].push(number);
+            self.numbers[column].push(number);
         }
-        self.out.lines.push(line);
+        self.lines.push(line);
     }
 }

@@ -1,148 +1,7 @@
-//! Bytes to lines and cells: encodings, line ends, quotes.
+//! Text to lines and cells: line ends, quotes.
 
-use std::borrow::Cow;
-
+use super::source::{BadLines, Window};
 use crate::limits::LINE_BYTES_MAX;
-
-/// How the text is encoded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
-    /// UTF-8, ASCII included.
-    Utf8,
-    /// UTF-8 after a byte-order mark.
-    Utf8Bom,
-    /// UTF-16, low byte first.
-    Utf16Le,
-    /// UTF-16, high byte first.
-    Utf16Be,
-    /// UTF-8 except for single lines, which are read as Latin-1.
-    Latin1,
-}
-
-impl Encoding {
-    /// Its name in sentences.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Utf8 => "UTF-8",
-            Self::Utf8Bom => "UTF-8 with a byte-order mark",
-            Self::Utf16Le => "UTF-16, low byte first",
-            Self::Utf16Be => "UTF-16, high byte first",
-            Self::Latin1 => "Latin-1",
-        }
-    }
-}
-
-/// A text as bytes in UTF-8, single lines in Latin-1.
-#[derive(Debug)]
-pub(super) struct Text<'a> {
-    pub bytes: Cow<'a, [u8]>,
-    pub encoding: Encoding,
-    /// Zero bytes cut off at the end: what a file system leaves of a file that was being written when the power went.
-    pub zeros: usize,
-    /// A UTF-16 text that ends within a unit.
-    pub half_unit: bool,
-    /// Lines with bytes that are not the encoding: how many, and the first of them.
-    pub bad_lines: usize,
-    pub first_bad_lines: Vec<usize>,
-}
-
-/// Lines with bad bytes that are listed.
-const BAD_LINES_LISTED: usize = 20;
-
-pub(super) fn decode(bytes: &[u8]) -> Text<'_> {
-    if let Some(encoding) = utf16(bytes) {
-        return decode_utf16(bytes, encoding);
-    }
-    let (encoding, bytes) = match bytes.strip_prefix(b"\xef\xbb\xbf") {
-        Some(rest) => (Encoding::Utf8Bom, rest),
-        None => (Encoding::Utf8, bytes),
-    };
-    let end = bytes.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
-    let zeros = bytes.len() - end;
-    let bytes = &bytes[..end];
-    let mut text = Text {
-        bytes: Cow::Borrowed(bytes),
-        encoding,
-        zeros,
-        half_unit: false,
-        bad_lines: 0,
-        first_bad_lines: Vec::new(),
-    };
-    if std::str::from_utf8(bytes).is_err() {
-        text.encoding = Encoding::Latin1;
-        let (mut at, mut line) = (0, 1);
-        while at < bytes.len() {
-            let end = line_end(bytes, at);
-            if std::str::from_utf8(&bytes[at..end]).is_err() {
-                text.bad(line);
-            }
-            at = after_line_end(bytes, end);
-            line += 1;
-        }
-    }
-    text
-}
-
-impl Text<'_> {
-    fn bad(&mut self, line: usize) {
-        self.bad_lines += 1;
-        if self.first_bad_lines.len() < BAD_LINES_LISTED {
-            self.first_bad_lines.push(line);
-        }
-    }
-}
-
-/// UTF-16 by its mark, or by every second byte of the beginning being zero.
-fn utf16(bytes: &[u8]) -> Option<Encoding> {
-    match bytes {
-        [0xff, 0xfe, ..] => return Some(Encoding::Utf16Le),
-        [0xfe, 0xff, ..] => return Some(Encoding::Utf16Be),
-        _ => {}
-    }
-    let (pairs, _) = bytes.get(..256.min(bytes.len()))?.as_chunks::<2>();
-    if pairs.len() < 4 {
-        return None;
-    }
-    let low_first = pairs.iter().all(|[a, b]| *a != 0 && *b == 0);
-    let high_first = pairs.iter().all(|[a, b]| *a == 0 && *b != 0);
-    low_first.then_some(Encoding::Utf16Le).or(high_first.then_some(Encoding::Utf16Be))
-}
-
-fn decode_utf16(bytes: &[u8], encoding: Encoding) -> Text<'static> {
-    let (pairs, rest) = bytes.as_chunks::<2>();
-    let units = pairs.iter().map(|pair| match encoding {
-        Encoding::Utf16Be => u16::from_be_bytes(*pair),
-        _ => u16::from_le_bytes(*pair),
-    });
-    let mut text = Text {
-        bytes: Cow::Borrowed(&[]),
-        encoding,
-        zeros: 0,
-        half_unit: !rest.is_empty(),
-        bad_lines: 0,
-        first_bad_lines: Vec::new(),
-    };
-    let mut out = String::with_capacity(pairs.len());
-    let mut line = 1;
-    for c in char::decode_utf16(units) {
-        let c = c.unwrap_or_else(|_| {
-            if text.first_bad_lines.last() != Some(&line) {
-                text.bad(line);
-            }
-            char::REPLACEMENT_CHARACTER
-        });
-        line += usize::from(c == '\n');
-        out.push(c);
-    }
-    if out.starts_with('\u{feff}') {
-        out.drain(..'\u{feff}'.len_utf8());
-    }
-    let end = out.trim_end_matches('\0').len();
-    text.zeros = 2 * (out.len() - end);
-    out.truncate(end);
-    text.bytes = Cow::Owned(out.into_bytes());
-    text
-}
 
 /// Bytes as text: UTF-8, or else Latin-1, in which every byte is a character.
 pub(super) fn to_text(bytes: &[u8]) -> String {
@@ -213,17 +72,33 @@ impl Record {
     pub fn is_ended(&self) -> bool {
         self.next > self.end
     }
+
+    /// The same, followed by a line end.
+    pub fn ended(self) -> Self {
+        Self { next: self.end + 1, ..self }
+    }
 }
+
+/// Bytes behind its beginning on which a record may depend: a quote in its last allowed byte closes a line's length further on.
+pub(super) const LOOKAHEAD: usize = 2 * LINE_BYTES_MAX + 16;
 
 /// Splits the record that begins at `start` into cells, as RFC 4180 has it. Blanks around a cell do not belong to it. With a blank
 /// as delimiter, any run of blanks and tabs is one delimiter.
 ///
 /// A quote that is not closed before a delimiter or line end is a character like any other: an inch mark, or damage that must not
 /// swallow the lines behind it.
-pub(super) fn split(bytes: &[u8], start: usize, delimiter: u8, cells: &mut Vec<Cell>) -> Record {
+///
+/// `None` if the record depends on bytes behind the window. One that is too long is given without its cells and without its end.
+pub(super) fn split(window: Window, start: usize, delimiter: u8, cells: &mut Vec<Cell>) -> Option<Record> {
     cells.clear();
-    let mut end = line_end(bytes, start);
+    let bytes = window.bytes;
+    let too_long = start.saturating_add(LINE_BYTES_MAX + 1);
+    let cut = |end, lines| Some(Record { start, end, next: end, lines });
+    let mut end = window.line_end(start, too_long)?;
     let mut lines = 1;
+    if end == too_long {
+        return cut(end, lines);
+    }
     let mut at = start;
     let blank = |b: u8| (b == b' ' || b == b'\t') && b != delimiter;
     let by_blanks = delimiter == b' ';
@@ -234,11 +109,15 @@ pub(super) fn split(bytes: &[u8], start: usize, delimiter: u8, cells: &mut Vec<C
         if by_blanks && at == end && !cells.is_empty() {
             break;
         }
-        let close = if at < end && bytes[at] == b'"' { closing_quote(bytes, at, delimiter) } else { None };
-        if let Some(close) = close {
+        let close = if at < end && bytes[at] == b'"' { closing_quote(window, at, delimiter)? } else { Close::Nowhere };
+        if let Close::At(close) = close {
             if close > end {
                 lines += line_ends(&bytes[at..close]);
-                end = line_end(bytes, close);
+                end = if close < too_long { window.line_end(close, too_long)? } else { close };
+                if end >= too_long {
+                    cells.clear();
+                    return cut(end, lines);
+                }
             }
             cells.push(Cell { start: at + 1, end: close, quoted: true });
             at = close + 1;
@@ -257,29 +136,57 @@ pub(super) fn split(bytes: &[u8], start: usize, delimiter: u8, cells: &mut Vec<C
         }
         at += 1;
     }
-    Record { start, end, next: after_line_end(bytes, end), lines }
+    Some(Record { start, end, next: window.after_line_end(end)?, lines })
 }
 
-/// The quote that closes the one at `open`: not doubled, and followed by a delimiter or line end.
-fn closing_quote(bytes: &[u8], open: usize, delimiter: u8) -> Option<usize> {
-    let limit = bytes.len().min(open.saturating_add(LINE_BYTES_MAX));
+/// Where a quote is closed.
+enum Close {
+    At(usize),
+    Nowhere,
+}
+
+/// The quote that closes the one at `open`: not doubled, and followed by a delimiter or line end, all within the length of a line.
+/// `None` if the bytes that decide it are behind the window.
+fn closing_quote(window: Window, open: usize, delimiter: u8) -> Option<Close> {
+    let limit = open.saturating_add(LINE_BYTES_MAX);
+    let bytes = &window.bytes[..window.bytes.len().min(limit)];
+    let is_all = window.ended || bytes.len() == limit;
     let mut at = open + 1;
-    while at < limit {
-        at += bytes[at..limit].iter().position(|b| *b == b'"')?;
-        if bytes.get(at + 1) == Some(&b'"') {
+    while let Some(length) = bytes.get(at..).and_then(|rest| rest.iter().position(|b| *b == b'"')) {
+        at += length;
+        let behind = &bytes[at + 1..];
+        if behind.first() == Some(&b'"') {
             at += 2;
             continue;
         }
-        let behind = bytes[at + 1..].iter().find(|b| **b == delimiter || !matches!(**b, b' ' | b'\t'));
-        return match behind {
-            None | Some(b'\n' | b'\r') => Some(at),
-            Some(b) if *b == delimiter => Some(at),
-            Some(_) => None,
+        return match behind.iter().find(|b| **b == delimiter || !matches!(**b, b' ' | b'\t')) {
+            Some(b'\n' | b'\r') => Some(Close::At(at)),
+            Some(b) if *b == delimiter => Some(Close::At(at)),
+            Some(_) => Some(Close::Nowhere),
+            None if bytes.len() == limit => Some(Close::Nowhere),
+            None => is_all.then_some(Close::At(at)),
         };
     }
-    None
+    is_all.then_some(Close::Nowhere)
 }
 
+/// Tells which lines hold bytes that are not UTF-8; the first of them is `line`.
+pub(super) fn check_utf8(bytes: &[u8], mut line: usize, bad: &mut BadLines) {
+    if std::str::from_utf8(bytes).is_ok() {
+        return;
+    }
+    let mut at = 0;
+    while at < bytes.len() {
+        let end = line_end(bytes, at);
+        if std::str::from_utf8(&bytes[at..end]).is_err() {
+            bad.add(line);
+        }
+        at = after_line_end(bytes, end);
+        line += 1;
+    }
+}
+
+/// Line ends in a text.
 pub(super) fn line_ends(bytes: &[u8]) -> usize {
     let (mut at, mut count) = (0, 0);
     loop {
@@ -298,7 +205,7 @@ mod tests {
 
     fn cells(text: &str, delimiter: u8) -> (Vec<String>, usize) {
         let mut cells = Vec::new();
-        let record = split(text.as_bytes(), 0, delimiter, &mut cells);
+        let record = split(Window::whole(text.as_bytes()), 0, delimiter, &mut cells).unwrap();
         (cells.iter().map(|c| c.text(text.as_bytes())).collect(), record.lines)
     }
 
@@ -333,17 +240,30 @@ mod tests {
     }
 
     #[test]
-    fn utf16_is_known_with_and_without_its_mark() {
-        let units = |text: &str, le: bool| -> Vec<u8> {
-            text.encode_utf16().flat_map(|u| if le { u.to_le_bytes() } else { u.to_be_bytes() }).collect()
-        };
-        for (text, le) in [("\u{feff}a;°\n1;2\n", true), ("\u{feff}a;°\n1;2\n", false)] {
-            assert_eq!(&*decode(&units(text, le)).bytes, "a;°\n1;2\n".as_bytes());
+    fn a_record_is_decided_once_its_bytes_are_there_and_not_before() {
+        let texts =
+            ["1,2\r\r\n3", "1,2\r\r", "1,\"a\"\"\nb\" \r\n\"c", "1,\"2\n3,4\n5\"6,\n", "\"a\"\"\n", "", "a \" b\n"];
+        for (text, delimiter) in texts.iter().flat_map(|text| [(text.as_bytes(), b','), (text.as_bytes(), b' ')]) {
+            let mut expected = Vec::new();
+            let record = split(Window::whole(text), 0, delimiter, &mut expected);
+            for cut in 0..text.len() {
+                let mut cells = Vec::new();
+                let begun = split(Window { bytes: &text[..cut], ended: false }, 0, delimiter, &mut cells);
+                assert!(begun.is_none() || (begun == record && cells == expected), "{text:?} {cut}");
+            }
         }
-        let plain = decode(&units("time;p\n", true)).encoding;
-        assert_eq!(plain, Encoding::Utf16Le);
-        let mut cut = units("time;p\n", false);
-        cut.pop();
-        assert!(decode(&cut).half_unit);
+    }
+
+    #[test]
+    fn no_record_looks_further_than_it_may() {
+        // The longest lookahead: a quote in the last allowed byte, and the next one as far away as is looked for it.
+        let mut text = vec![b'1'; LINE_BYTES_MAX];
+        text[LINE_BYTES_MAX - 2..].copy_from_slice(b",\"");
+        text.push(b'\n');
+        text.extend(std::iter::repeat_n(b'2', LINE_BYTES_MAX));
+        text.resize(LOOKAHEAD, b'"');
+        let mut cells = Vec::new();
+        let record = split(Window { bytes: &text, ended: false }, 0, b',', &mut cells).unwrap();
+        assert_eq!((record.end, cells.len()), (LINE_BYTES_MAX, 2));
     }
 }
