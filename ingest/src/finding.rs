@@ -4,6 +4,7 @@
 //! [`clock_findings`] derives those of a time channel, and later stages count what is excluded or lost.
 
 mod clock;
+pub(crate) mod places;
 
 pub use clock::{clock_findings, forward_samples, median_rate_hz, median_step};
 
@@ -79,6 +80,26 @@ pub enum FindingKind {
     Overflow,
     /// The channel's zero is the mean of its first samples.
     Tared,
+    /// A clock that counts in a circle, such as a time of day, begins anew.
+    ClockWrap,
+    /// A unit that the file does not state, inferred from its numbers.
+    InferredUnit,
+    /// An angle that jumps from one end of its circle to the other.
+    AngleWrap,
+    /// The instrument itself says that a value is not to be trusted: a status, a quality number.
+    LowQuality,
+    /// A matrix that should be a rotation and is none.
+    NotRotation,
+    /// A date whose day and month may be either way round.
+    AmbiguousDate,
+    /// Names and the first sample on one line, its line end missing.
+    GluedHeader,
+    /// A key that stands on one line only.
+    StrayKey,
+    /// Values that the gauge marks as its peak.
+    PeakMark,
+    /// The sign stands beside the value, as a letter.
+    SignLetter,
 }
 
 impl FindingKind {
@@ -108,6 +129,16 @@ impl FindingKind {
             Self::UnclaimedRows => "unclaimed-rows",
             Self::Overflow => "overflow",
             Self::Tared => "tared",
+            Self::ClockWrap => "clock-wrap",
+            Self::InferredUnit => "inferred-unit",
+            Self::AngleWrap => "angle-wrap",
+            Self::LowQuality => "low-quality",
+            Self::NotRotation => "not-rotation",
+            Self::AmbiguousDate => "ambiguous-date",
+            Self::GluedHeader => "glued-header",
+            Self::StrayKey => "stray-key",
+            Self::PeakMark => "peak-mark",
+            Self::SignLetter => "sign-letter",
         }
     }
 }
