@@ -4,8 +4,11 @@
 //! [`clock_findings`] derives those of a time channel, and later stages count what is excluded or lost.
 
 mod clock;
+mod kind;
+pub(crate) mod places;
 
 pub use clock::{clock_findings, forward_samples, leave_forward, median_rate_hz, median_step, unwrap};
+pub use kind::FindingKind;
 
 use serde::{Deserialize, Serialize};
 
@@ -31,144 +34,6 @@ impl Severity {
             Self::Note => "note",
             Self::Excluded => "excluded",
             Self::Lost => "lost",
-        }
-    }
-}
-
-/// What was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum FindingKind {
-    /// Bytes that are not the text encoding they should be.
-    Encoding,
-    /// The header names another number of columns than the lines hold.
-    HeaderMismatch,
-    /// The header runs into the first sample without a line end.
-    HeaderGlued,
-    /// Text where a number should stand.
-    NonNumericCell,
-    /// The instrument wrote that it had no value: `NaN`, `inf`, `--`, `n/a`.
-    NoValue,
-    /// Nothing stands where a number should.
-    EmptyCell,
-    /// A line with too few or too many cells.
-    RaggedLine,
-    /// A line among the data that is no sample.
-    SkippedLine,
-    /// A comment among the data.
-    CommentLine,
-    /// The header stands again among the data.
-    RepeatedHeader,
-    /// Text after the last sample.
-    Trailer,
-    /// The file ends within a line.
-    Truncated,
-    /// The last line is whole but has no line end.
-    NoLineEnd,
-    /// A sample without a time stamp.
-    NoStamp,
-    /// Time goes back.
-    TimeReversed,
-    /// A stamp equal to the one before.
-    DuplicateStamp,
-    /// Steps of time much longer than usual.
-    Gap,
-    /// Steps of time that differ much from each other.
-    Jitter,
-    /// A step back in time that looks like a counter which began anew.
-    ClockWrap,
-    /// A channel that stays at an end of its range, and varies elsewhere.
-    Saturated,
-    /// A channel that stays on one value within its range, and varies elsewhere.
-    Flatline,
-    /// A channel that moves over few steps of its grid only.
-    Quantised,
-    /// Bytes that are not those of which the file holds the checksum.
-    CrcMismatch,
-    /// Values outside the range in which the sensor was calibrated.
-    OutOfCalibration,
-    /// Values beyond what the instrument can show.
-    OutOfRange,
-    /// A log that cannot be used at all, beside others that can.
-    UnusableFile,
-    /// The log says another unit than the session or the instrument.
-    UnitMismatch,
-    /// Rows that belong to no run.
-    UnclaimedRows,
-    /// Numbers that leave the range of a double on their way to SI.
-    Overflow,
-    /// The channel's zero is the mean of its first samples.
-    Tared,
-}
-
-impl FindingKind {
-    /// Every kind.
-    pub const ALL: [Self; 29] = [
-        Self::Encoding,
-        Self::HeaderMismatch,
-        Self::NonNumericCell,
-        Self::NoValue,
-        Self::EmptyCell,
-        Self::RaggedLine,
-        Self::SkippedLine,
-        Self::CommentLine,
-        Self::RepeatedHeader,
-        Self::Trailer,
-        Self::Truncated,
-        Self::NoLineEnd,
-        Self::NoStamp,
-        Self::TimeReversed,
-        Self::DuplicateStamp,
-        Self::Gap,
-        Self::Jitter,
-        Self::ClockWrap,
-        Self::Saturated,
-        Self::Flatline,
-        Self::Quantised,
-        Self::CrcMismatch,
-        Self::OutOfCalibration,
-        Self::OutOfRange,
-        Self::UnusableFile,
-        Self::UnitMismatch,
-        Self::UnclaimedRows,
-        Self::Overflow,
-        Self::Tared,
-    ];
-
-    /// Its id in results.
-    pub fn id(self) -> &'static str {
-        match self {
-            Self::Encoding => "encoding",
-            Self::HeaderMismatch => "header-mismatch",
-            Self::HeaderGlued => "header-glued",
-            Self::NonNumericCell => "non-numeric-cell",
-            Self::NoValue => "no-value",
-            Self::EmptyCell => "empty-cell",
-            Self::RaggedLine => "ragged-line",
-            Self::SkippedLine => "skipped-line",
-            Self::CommentLine => "comment-line",
-            Self::RepeatedHeader => "repeated-header",
-            Self::Trailer => "trailer",
-            Self::Truncated => "truncated",
-            Self::NoLineEnd => "no-line-end",
-            Self::NoStamp => "no-stamp",
-            Self::TimeReversed => "time-reversed",
-            Self::DuplicateStamp => "duplicate-stamp",
-            Self::Gap => "gap",
-            Self::Jitter => "jitter",
-            Self::Saturated => "saturated",
-            Self::Flatline => "flatline",
-            Self::Quantised => "quantised",
-            Self::CrcMismatch => "crc-mismatch",
-            Self::OutOfCalibration => "out-of-calibration",
-            Self::OutOfRange => "out-of-range",
-            Self::UnusableFile => "unusable-file",
-            Self::UnitMismatch => "unit-mismatch",
-            Self::UnclaimedRows => "unclaimed-rows",
-            Self::Overflow => "overflow",
-            Self::Tared => "tared",
-            Self::ClockWrap => "clock-wrap",
         }
     }
 }
@@ -353,7 +218,7 @@ mod tests {
     fn ids_in_results_and_in_stored_files_agree() {
         for kind in FindingKind::ALL {
             assert_eq!(serde_json::to_value(kind).unwrap(), kind.id());
-            assert_eq!(serde_json::from_value::<FindingKind>(kind.id().into()).unwrap(), kind);
+            assert_eq!(serde_json::from_value::<FindingKind>(kind.id().into()).unwrap(), *kind);
         }
         for severity in Severity::ALL {
             assert_eq!(serde_json::to_value(severity).unwrap(), severity.id());

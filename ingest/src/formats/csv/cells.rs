@@ -17,7 +17,7 @@ pub(super) struct Facts {
 
 /// What a cell is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Number(f64),
     Empty,
     /// The instrument says that it has no value.
@@ -58,7 +58,7 @@ pub(super) const WRONG_VALUE: [&str; 14] = [
     "#num!", "#ref!",
 ];
 
-pub(super) fn kind(cell: &[u8], decimal: Decimal) -> Kind {
+pub(crate) fn kind(cell: &[u8], decimal: Decimal) -> Kind {
     match numbers::parse(cell, decimal) {
         Some(number) if number.is_finite() => Kind::Number(number),
         None if cell.is_empty() => Kind::Empty,

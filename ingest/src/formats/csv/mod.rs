@@ -37,6 +37,7 @@ use crate::units::{Spelling, Unit};
 use sniff::Glued;
 use source::{BadLines, CHUNK, Ending};
 
+pub(crate) use cells::{Kind as CellKind, kind as cell_kind};
 pub use numbers::{Decimal, parse as parse_number};
 pub use sniff::{Comment, Comments, Layout};
 pub use source::Encoding;
@@ -302,7 +303,7 @@ fn without_brackets(unit: &str) -> &str {
 const NOT_AFTER_UNDERSCORE: [&str; 6] = ["in", "min", "g", "h", "1", "%"];
 
 /// The unit in a name: `pressure (kPa)`, `pressure [kPa]`, `pressure / kPa`, `pressure_kPa`.
-fn unit_in_name(name: &str) -> Option<&str> {
+pub(crate) fn unit_in_name(name: &str) -> Option<&str> {
     let name = name.trim();
     let bracketed = |open, close| name.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
     let known = |unit: &str| Unit::parse_loose(unit).is_some();

@@ -12,6 +12,7 @@ use super::{
 use crate::document::{Document, finite, parse_unit};
 use crate::error::{IngestError, shown, suggestion};
 use crate::formats::csv::{self, CsvOptions};
+use crate::formats::tracker::TrackerOptions;
 use crate::formats::{Format, Options};
 use crate::manifest::comparison::{OneOrMany, RawComparison, RawQuantity, check_width};
 use crate::manifest::{check_id, check_inside, is_id};
@@ -91,6 +92,7 @@ pub(super) struct RawReader {
     header: Option<Header>,
     skip_lines: Option<usize>,
     comment: Option<CommentMark>,
+    quality_max: Option<u32>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -248,7 +250,11 @@ impl RawReader {
                 document.malformed(name.span(), "a format that is read", shown(name.get_ref()), next)
             })
         };
-        Ok(Options { format: self.format.as_ref().map(known).transpose()?, csv: self.csv() })
+        Ok(Options {
+            format: self.format.as_ref().map(known).transpose()?,
+            csv: self.csv(),
+            tracker: TrackerOptions { quality_max: self.quality_max },
+        })
     }
 
     fn csv(&self) -> CsvOptions {

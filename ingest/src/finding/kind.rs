@@ -1,0 +1,106 @@
+//! The kinds of findings, each once: its name, its id and what it means.
+
+use serde::{Deserialize, Serialize};
+
+/// An enum of kinds with their ids: in results, in a store and in messages they are the same words.
+macro_rules! kinds {
+    ($($(#[doc = $doc:literal])+ $name:ident = $id:literal,)+) => {
+        /// What was found.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+        #[non_exhaustive]
+        pub enum FindingKind {
+            $($(#[doc = $doc])+ #[serde(rename = $id)] $name,)+
+        }
+
+        impl FindingKind {
+            /// Every kind.
+            pub const ALL: &[Self] = &[$(Self::$name,)+];
+
+            /// Its id in results.
+            pub fn id(self) -> &'static str {
+                match self {
+                    $(Self::$name => $id,)+
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    /// Bytes that are not the text encoding they should be.
+    Encoding = "encoding",
+    /// The header names another number of columns than the lines hold.
+    HeaderMismatch = "header-mismatch",
+    /// The header runs into the first sample without a line end.
+    HeaderGlued = "header-glued",
+    /// Text where a number should stand.
+    NonNumericCell = "non-numeric-cell",
+    /// The instrument wrote that it had no value: `NaN`, `inf`, `--`, `n/a`.
+    NoValue = "no-value",
+    /// Nothing stands where a number should.
+    EmptyCell = "empty-cell",
+    /// A line with too few or too many cells.
+    RaggedLine = "ragged-line",
+    /// A line among the data that is no sample.
+    SkippedLine = "skipped-line",
+    /// A comment among the data.
+    CommentLine = "comment-line",
+    /// The header stands again among the data.
+    RepeatedHeader = "repeated-header",
+    /// Text after the last sample.
+    Trailer = "trailer",
+    /// The file ends within a line.
+    Truncated = "truncated",
+    /// The last line is whole but has no line end.
+    NoLineEnd = "no-line-end",
+    /// A sample without a time stamp.
+    NoStamp = "no-stamp",
+    /// Time goes back.
+    TimeReversed = "time-reversed",
+    /// A stamp equal to the one before.
+    DuplicateStamp = "duplicate-stamp",
+    /// Steps of time much longer than usual.
+    Gap = "gap",
+    /// Steps of time that differ much from each other.
+    Jitter = "jitter",
+    /// A step back in time that looks like a counter which began anew.
+    ClockWrap = "clock-wrap",
+    /// A channel that stays at an end of its range, and varies elsewhere.
+    Saturated = "saturated",
+    /// A channel that stays on one value within its range, and varies elsewhere.
+    Flatline = "flatline",
+    /// A channel that moves over few steps of its grid only.
+    Quantised = "quantised",
+    /// Bytes that are not those of which the file holds the checksum.
+    CrcMismatch = "crc-mismatch",
+    /// Values outside the range in which the sensor was calibrated.
+    OutOfCalibration = "out-of-calibration",
+    /// Values beyond what the instrument can show.
+    OutOfRange = "out-of-range",
+    /// A log that cannot be used at all, beside others that can.
+    UnusableFile = "unusable-file",
+    /// The log says another unit than the session or the instrument.
+    UnitMismatch = "unit-mismatch",
+    /// Rows that belong to no run.
+    UnclaimedRows = "unclaimed-rows",
+    /// Numbers that leave the range of a double on their way to SI.
+    Overflow = "overflow",
+    /// The channel's zero is the mean of its first samples.
+    Tared = "tared",
+    /// A unit that the file does not state, inferred from its numbers.
+    InferredUnit = "inferred-unit",
+    /// An angle that jumps from one end of its circle to the other.
+    AngleWrap = "angle-wrap",
+    /// The instrument itself says that a value is not to be trusted: a status, a quality number.
+    LowQuality = "low-quality",
+    /// A matrix that should be a rotation and is none.
+    NotRotation = "not-rotation",
+    /// A date whose day and month may be either way round.
+    AmbiguousDate = "ambiguous-date",
+    /// A key that stands on one line only.
+    StrayKey = "stray-key",
+    /// Values that the gauge marks as its peak.
+    PeakMark = "peak-mark",
+    /// The sign stands beside the value, as a letter.
+    SignLetter = "sign-letter",
+}
