@@ -79,6 +79,20 @@ pub enum FindingKind {
     Overflow,
     /// The channel's zero is the mean of its first samples.
     Tared,
+    /// Stored bytes do not match the checksum beside them, or do not decompress.
+    CrcMismatch,
+    /// A record that is not what such a record holds.
+    BadRecord,
+    /// Messages of a topic that cannot be decoded at all.
+    UnreadTopic,
+    /// A message that cannot be decoded, beside others of its topic that can.
+    UnreadMessage,
+    /// An id that is defined twice, and not alike.
+    ConflictingDefinition,
+    /// A file says that it holds more or less than was found.
+    CountMismatch,
+    /// Elements of arrays that became no columns, or texts that became no cells.
+    NotExpanded,
 }
 
 impl FindingKind {
@@ -108,6 +122,13 @@ impl FindingKind {
             Self::UnclaimedRows => "unclaimed-rows",
             Self::Overflow => "overflow",
             Self::Tared => "tared",
+            Self::CrcMismatch => "crc-mismatch",
+            Self::BadRecord => "bad-record",
+            Self::UnreadTopic => "unread-topic",
+            Self::UnreadMessage => "unread-message",
+            Self::ConflictingDefinition => "conflicting-definition",
+            Self::CountMismatch => "count-mismatch",
+            Self::NotExpanded => "not-expanded",
         }
     }
 }
