@@ -30,6 +30,36 @@ pub const LOG_CELLS_MAX: usize = 1 << 28;
 /// A line of a raw log.
 pub const LINE_BYTES_MAX: usize = 1 << 20;
 
+/// A record of an MCAP file that stands outside of chunks, or a chunk as it is stored: larger than the largest picture.
+pub const MCAP_RECORD_BYTES_MAX: u64 = 128 << 20;
+
+/// A chunk of an MCAP file, decompressed. Writers make them of about 1 MB.
+pub const MCAP_CHUNK_BYTES_MAX: u64 = 128 << 20;
+
+/// A message definition in an MCAP file, with all it refers to.
+pub const MCAP_SCHEMA_BYTES_MAX: u64 = 4 << 20;
+
+/// Elements of an array or sequence that become columns.
+pub const ARRAY_COLUMNS_MAX: usize = 256;
+
+/// Bytes of a byte array that become columns: beyond it is a picture or a packet, not a signal.
+pub const BYTE_COLUMNS_MAX: usize = 16;
+
+/// Bytes of a text that is kept as a cell.
+pub const TEXT_BYTES_MAX: usize = 256;
+
+/// Messages within messages.
+pub const NESTING_MAX: usize = 32;
+
+/// Steps to decode a message: definitions that refer to each other could ask for any number.
+pub const DECODE_STEPS_MAX: usize = 1 << 16;
+
+/// Holes that stand for elements which shorter sequences do not have.
+pub const PADDING_CELLS_MAX: usize = 1 << 27;
+
+/// Files of a folder that is read as one.
+pub const FOLDER_FILES_MAX: usize = 10_000;
+
 /// A whole file, if it is not larger than the limit.
 ///
 /// # Errors

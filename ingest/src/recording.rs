@@ -2,7 +2,7 @@
 //!
 //! A text log is one table, a ROS 2 bag has one for each topic. The samples of a table share one clock; those of two tables need not.
 
-use crate::finding::{Finding, LineMap};
+use crate::finding::{Finding, LineMap, median_step};
 use crate::formats::csv::Decimal;
 use crate::watch::{ClockSummary, ClockWatch, Summary, Watch};
 
@@ -161,6 +161,19 @@ pub enum Keep<'a> {
 }
 
 impl Keep<'_> {
+    /// Whether any column of a table is kept, and with it the table's clock.
+    pub fn wants(self, table: &str) -> bool {
+        let is_of = |name: &str| name.strip_prefix(table).is_some_and(|rest| table.is_empty() || rest.starts_with('.'));
+        match self {
+            Self::All => true,
+            Self::Nothing => false,
+            Self::Only(columns) => columns.iter().any(|asked| match asked {
+                ColumnRef::Number(_) => table.is_empty(),
+                ColumnRef::Name(name) => is_of(name),
+            }),
+        }
+    }
+
     /// Whether a column is kept; `number` counts from 1.
     pub fn keeps(self, table: &str, column: &str, number: usize) -> bool {
         match self {
@@ -174,6 +187,29 @@ impl Keep<'_> {
     }
 }
 
+/// What one unit of a column of stamps is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ClockUnit {
+    /// So many seconds.
+    Seconds(f64),
+    /// Not said: steps of one and more are milliseconds, for rigs log faster than once a second.
+    Guessed,
+}
+
+impl ClockUnit {
+    /// In seconds; a guess is made once, from the first stamps.
+    fn seconds(&mut self, first: &[f64]) -> f64 {
+        if let Self::Guessed = self {
+            let is_ms = median_step(first).is_some_and(|step| step >= 1.0);
+            *self = Self::Seconds(if is_ms { 1e-3 } else { 1.0 });
+        }
+        match self {
+            Self::Seconds(seconds) => *seconds,
+            Self::Guessed => 1.0,
+        }
+    }
+}
+
 /// Numbers on their way into a column: watched in blocks while they are in the cache, and kept if they are asked for.
 #[derive(Debug, Clone, Default)]
 pub struct Builder {
@@ -182,8 +218,8 @@ pub struct Builder {
     watched: usize,
     keep: bool,
     watch: Watch,
-    /// Of a clock: what one of its units is in s.
-    clock: Option<(f64, ClockWatch)>,
+    /// Of a clock.
+    clock: Option<(ClockUnit, ClockWatch)>,
 }
 
 /// Numbers watched at once.
@@ -195,9 +231,9 @@ impl Builder {
         Self { keep, ..Self::default() }
     }
 
-    /// An empty column of stamps, in units of so many seconds.
-    pub fn clock(keep: bool, unit_s: f64) -> Self {
-        Self { keep, clock: Some((unit_s, ClockWatch::default())), ..Self::default() }
+    /// An empty column of stamps, watched as a clock.
+    pub fn clock(keep: bool, unit: ClockUnit) -> Self {
+        Self { keep, clock: Some((unit, ClockWatch::default())), ..Self::default() }
     }
 
     /// Adds a number; NaN is a hole.
@@ -230,11 +266,12 @@ impl Builder {
     fn flush(&mut self) {
         let block = &self.values[self.watched..];
         self.watch.block(block);
-        if let Some((unit_s, clock)) = &mut self.clock {
+        if let Some((unit, clock)) = &mut self.clock {
+            let unit_s = unit.seconds(block);
             let mut seconds = [0.0; BLOCK];
             for block in block.chunks(BLOCK) {
                 for (second, stamp) in seconds.iter_mut().zip(block) {
-                    *second = stamp * *unit_s;
+                    *second = stamp * unit_s;
                 }
                 clock.block(&seconds[..block.len()]);
             }

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use super::text::{one_line, quoted, slug, unique};
 use crate::finding::median_step;
+use crate::formats::csv::TIMES;
 use crate::recording::{Cells, Column, Recording, Table};
 use crate::units::{Dimension, Unit};
 
-/// Names of pressures and of time, by which columns are told.
+/// Names of pressures, by which columns are told.
 const PRESSURES: [&str; 6] = ["p", "pressure", "press", "druck", "kpa", "bar"];
-const TIMES: [&str; 8] = ["t", "time", "timestamp", "stamp", "seconds", "elapsed", "zeit", "millis"];
 
 /// Columns of stamps that every message has: clocks to choose from, and no channels.
 const STAMPS: [&str; 3] = ["log_time", "publish_time", "header.stamp"];

@@ -103,4 +103,16 @@ kinds! {
     PeakMark = "peak-mark",
     /// The sign stands beside the value, as a letter.
     SignLetter = "sign-letter",
+    /// A record that is not what such a record holds.
+    BadRecord = "bad-record",
+    /// Messages of a topic that cannot be decoded at all.
+    UnreadTopic = "unread-topic",
+    /// A message that cannot be decoded, beside others of its topic that can.
+    UnreadMessage = "unread-message",
+    /// An id that is defined twice, and not alike.
+    ConflictingDefinition = "conflicting-definition",
+    /// A file says that it holds more or less than was found.
+    CountMismatch = "count-mismatch",
+    /// Elements of arrays that became no columns, or texts that became no cells.
+    NotExpanded = "not-expanded",
 }

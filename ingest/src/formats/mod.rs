@@ -10,6 +10,7 @@ pub mod csv;
 pub mod foreign;
 pub mod gauge;
 mod lines;
+pub mod mcap;
 pub mod serial;
 mod sheet;
 pub mod stamps;
@@ -36,6 +37,8 @@ pub struct Options {
 /// The format of a raw file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Format {
+    /// A bag of ROS 2 or another recording in an MCAP file, or a folder of such files.
+    Mcap,
     /// The sequence file of a PLUS toolkit's tracker.
     Plus,
     /// The log of a trakSTAR.
@@ -52,11 +55,13 @@ pub enum Format {
 
 impl Format {
     /// All formats, in the order in which they are tried.
-    pub const ALL: [Self; 6] = [Self::Plus, Self::Trakstar, Self::Transposed, Self::Gauge, Self::Serial, Self::Csv];
+    pub const ALL: [Self; 7] =
+        [Self::Mcap, Self::Plus, Self::Trakstar, Self::Transposed, Self::Gauge, Self::Serial, Self::Csv];
 
     /// Its word in manifests.
     pub fn id(self) -> &'static str {
         match self {
+            Self::Mcap => "mcap",
             Self::Plus => "plus",
             Self::Trakstar => "trakstar",
             Self::Transposed => "transposed",
@@ -88,9 +93,13 @@ fn text_head(raw: &RawFile) -> Result<TextHead, IngestError> {
 /// [`IngestError::Read`] if it cannot be read; [`IngestError::Unusable`] for a format that is known and not read, with the command
 /// that converts it.
 pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
+    if raw.parts().is_some() || mcap::is_mcap(&raw.head(64)?) {
+        return Ok(Format::Mcap);
+    }
     foreign::check(raw)?;
     let TextHead { bytes, is_whole } = text_head(raw)?;
     let is = |format: &Format| match format {
+        Format::Mcap => false,
         Format::Plus => tracker::plus::looks_like(&bytes),
         Format::Trakstar => tracker::trakstar::looks_like(&bytes, is_whole),
         Format::Transposed => transposed::looks_like(&bytes, is_whole),
@@ -107,6 +116,7 @@ pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
 /// As [`detect`] and the readers of the formats.
 pub fn read(raw: &RawFile, options: &Options, keep: Keep) -> Result<Recording, IngestError> {
     let mut recording = match options.format.map_or_else(|| detect(raw), Ok)? {
+        Format::Mcap => return mcap::read(raw, keep),
         Format::Plus => tracker::plus::read(raw, keep)?,
         Format::Trakstar => tracker::trakstar::read(raw, options.tracker, keep)?,
         Format::Transposed => transposed::read(raw, keep)?,

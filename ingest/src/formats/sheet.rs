@@ -7,7 +7,7 @@ use crate::error::Place;
 use crate::finding::places::{ByKind, as_text, cell_finding, line_finding, told};
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::limits::{LOG_CELLS_MAX, LOG_COLUMNS_MAX};
-use crate::recording::{Builder, Cells, Column, Keep, Table};
+use crate::recording::{Builder, Cells, ClockUnit, Column, Keep, Table};
 
 /// A table that grows.
 pub(crate) struct Sheet<'a> {
@@ -119,8 +119,10 @@ impl<'a> Sheet<'a> {
             copy += 1;
             unique = format!("{name} ({copy})");
         }
-        let keep = self.keep.keeps(&self.name, &unique, number);
-        let mut numbers = Builder::new(keep);
+        // Stamps are kept with whatever they are the clock of.
+        let is_stamp = unit == Some("s");
+        let keep = self.keep.keeps(&self.name, &unique, number) || (is_stamp && self.keep.wants(&self.name));
+        let mut numbers = if is_stamp { Builder::clock(keep, ClockUnit::Seconds(1.0)) } else { Builder::new(keep) };
         let mut text = is_text.then(|| (Vec::new(), keep));
         for _ in 0..self.lines.rows() {
             match &mut text {

@@ -1,13 +1,13 @@
 //! The recording of a file on its way into runs: which rows, which column, and its numbers, copied only where they are needed twice.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::reader::Reader;
 use crate::error::{IngestError, shown, suggestion};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity, Span};
 use crate::formats::csv::parse_number;
-use crate::manifest::{RunSpec, SessionManifest};
-use crate::recording::{Cells, Column, ColumnRef, Keep, Recording, Table};
+use crate::manifest::{ClockSpec, RunSpec, SessionManifest};
+use crate::recording::{Cells, Column, ColumnRef, Keep, Recording, Table, full_name};
 
 /// A column of a recording: index of its table, index in it.
 pub(super) type ColumnId = (usize, usize);
@@ -76,6 +76,19 @@ impl Part {
 pub(super) fn columns_asked(manifest: &SessionManifest) -> Vec<ColumnRef> {
     let mut columns: Vec<ColumnRef> = manifest.channels.iter().map(|channel| channel.column.clone()).collect();
     columns.extend(manifest.clock_column().cloned());
+    if let Some(ClockSpec::Stamp(stamp, _)) = &manifest.clock {
+        let names = manifest.channels.iter().filter_map(|channel| match &channel.column {
+            ColumnRef::Name(name) => Some(name),
+            ColumnRef::Number(_) => None,
+        });
+        // Where the topic ends and the field begins only the file knows: a name too many asks for nothing.
+        let topics = names.flat_map(|name| name.match_indices('.').map(move |(at, _)| &name[..at]));
+        columns.extend(
+            topics.flat_map(|topic| stamp.names().iter().map(move |stamp| ColumnRef::Name(full_name(topic, stamp)))),
+        );
+        let mut seen = HashSet::new();
+        columns.retain(|column| seen.insert(column.clone()));
+    }
     columns.extend(manifest.runs.iter().filter_map(|run| Some(run.rows.as_ref()?.0.clone())));
     columns
 }

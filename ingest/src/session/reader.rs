@@ -123,8 +123,9 @@ impl Reader<'_> {
             }
             Some(ClockSpec::Stamp(stamp, line)) => {
                 let table = log.table(part.table);
-                let Some(column) = table.columns.iter().position(|c| c.name == stamp.column()) else {
-                    let expected = format!("`{}` in {}", stamp.column(), shown(&table.name));
+                let column = stamp.column(table).and_then(|name| table.columns.iter().position(|c| c.name == name));
+                let Some(column) = column else {
+                    let expected = format!("`{}` in {}", stamp.names().join("` or `"), shown(&table.name));
                     let next = "take another `stamp`, or name a `column`".to_owned();
                     return Err(self.malformed(*line, &expected, "no such field", next));
                 };

@@ -386,9 +386,10 @@ fn is_whole_ms(seconds: f64) -> bool {
 }
 
 impl ClockSummary {
-    /// Whether there are several stamps and they go forward.
+    /// Whether these are the stamps of a clock: they go forward, but for a few.
     pub fn is_forward(&self) -> bool {
-        self.span.is_some_and(|(first, last)| last > first)
+        self.span.is_some_and(|(first, last)| last > first || self.wrap.is_some())
+            && self.back_count * 20 <= self.samples
     }
 
     /// What is odd about the clock, as findings of a column of a file: the same as

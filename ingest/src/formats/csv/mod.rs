@@ -31,8 +31,8 @@ use crate::error::{IngestError, Place, shown};
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::limits::LOG_BYTES_MAX;
 use crate::raw::RawFile;
-use crate::recording::{Cells, Column, Keep, Recording, Table};
-use crate::units::{Spelling, Unit};
+use crate::recording::{Cells, ClockUnit, Column, Keep, Recording, Table};
+use crate::units::{Dimension, Spelling, Unit};
 
 use sniff::Glued;
 use source::{BadLines, CHUNK, Ending};
@@ -135,8 +135,13 @@ fn read_log(raw: &RawFile, options: &CsvOptions, keep: Keep, chunk: usize) -> Re
     let mut found = sniff::sniff(raw, options)?;
     let (names, units) = names_and_units(&mut found.layout);
     let keep: Vec<bool> = names.iter().enumerate().map(|(i, name)| keep.keeps("", name, i + 1)).collect();
+    // What is kept can be looked at later.
+    let clocks: Vec<Option<ClockUnit>> = (0..names.len())
+        .map(|i| if keep[i] { None } else { clock_unit(&found.layout, i, &names[i], units[i].as_deref()) })
+        .collect();
     let mut is_text = found.text.clone();
-    let pass = |is_text: &[bool]| rows::read(rows::Task { raw, found: &found, is_text, keep: &keep, chunk });
+    let pass =
+        |is_text: &[bool]| rows::read(rows::Task { raw, found: &found, is_text, keep: &keep, clocks: &clocks, chunk });
     let mut rows = pass(&is_text)?;
     // The first lines may not be like the others; kinds are those of the whole column, and the same in a second pass.
     if let Some(kinds) = rows.other_kinds(&is_text) {
@@ -171,6 +176,19 @@ fn read_log(raw: &RawFile, options: &CsvOptions, keep: Keep, chunk: usize) -> Re
         })
         .collect();
     Ok(TextLog { layout, columns, rows: lines.rows(), lines, findings, metadata })
+}
+
+/// Names of columns of stamps.
+pub(crate) const TIMES: [&str; 8] = ["t", "time", "timestamp", "stamp", "seconds", "elapsed", "zeit", "millis"];
+
+/// Whether a column seems to be a clock: by its unit, by its name, or because it is the first of a log without names.
+fn clock_unit(layout: &Layout, column: usize, name: &str, unit: Option<&str>) -> Option<ClockUnit> {
+    if let Some((unit, _)) = unit.and_then(Unit::parse_loose) {
+        return (unit.dimension == Dimension::Time).then(|| ClockUnit::Seconds(unit.to_si(1.0)));
+    }
+    let lower = name.to_lowercase();
+    let named = lower.split(|c: char| !c.is_alphanumeric()).any(|word| TIMES.contains(&word));
+    (named || (column == 0 && layout.names.is_none())).then_some(ClockUnit::Guessed)
 }
 
 impl From<TextLog> for Recording {

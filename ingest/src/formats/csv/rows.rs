@@ -11,7 +11,7 @@ use crate::IngestError;
 use crate::finding::{FindingKind, LineMap, Severity};
 use crate::limits::{LINE_BYTES_MAX, LOG_CELLS_MAX};
 use crate::raw::RawFile;
-use crate::recording::Builder;
+use crate::recording::{Builder, ClockUnit};
 
 /// What a pass has read.
 #[derive(Debug)]
@@ -48,6 +48,8 @@ pub(super) struct Task<'a> {
     pub is_text: &'a [bool],
     /// Which columns are kept.
     pub keep: &'a [bool],
+    /// Which columns seem to be clocks.
+    pub clocks: &'a [Option<ClockUnit>],
     /// Bytes read at once.
     pub chunk: usize,
 }
@@ -83,7 +85,7 @@ struct Reader<'a> {
 }
 
 pub(super) fn read(task: Task) -> Result<Rows, IngestError> {
-    let Task { raw, found, is_text, keep, chunk } = task;
+    let Task { raw, found, is_text, keep, clocks, chunk } = task;
     let (columns, usual) = (found.layout.columns, found.layout.cells_per_line);
     let mut source = Source::open(raw, chunk)?;
     let mut bad = BadLines::default();
@@ -91,7 +93,15 @@ pub(super) fn read(task: Task) -> Result<Rows, IngestError> {
     let mut reader = Reader {
         task,
         usual,
-        numbers: keep.iter().zip(is_text).map(|(keep, is_text)| Builder::new(*keep && !is_text)).collect(),
+        numbers: keep
+            .iter()
+            .zip(is_text)
+            .zip(clocks)
+            .map(|((keep, is_text), clock)| {
+                let keep = *keep && !is_text;
+                clock.map_or_else(|| Builder::new(keep), |unit| Builder::clock(keep, unit))
+            })
+            .collect(),
         texts: vec![Vec::new(); columns],
         lines: LineMap::default(),
         tally: Tally::default(),

@@ -14,6 +14,7 @@ use crate::digest;
 use crate::document::Document;
 use crate::error::{IngestError, shown};
 use crate::formats::Options;
+pub use crate::formats::mcap::Stamp;
 pub use crate::recording::ColumnRef;
 use crate::units::{Dimension, Unit};
 
@@ -98,29 +99,6 @@ pub enum ClockSpec {
     Rate(f64),
     /// One of the stamps that every message of a bag has.
     Stamp(Stamp, usize),
-}
-
-/// The stamps of a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Stamp {
-    /// What the sender wrote into it: when it was measured.
-    Header,
-    /// When it was sent.
-    Publish,
-    /// When the recorder had it.
-    Log,
-}
-
-impl Stamp {
-    /// The column that holds it.
-    pub fn column(self) -> &'static str {
-        match self {
-            Self::Header => "header.stamp",
-            Self::Publish => "publish_time",
-            Self::Log => "log_time",
-        }
-    }
 }
 
 /// Gauge or absolute.
