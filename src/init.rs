@@ -20,7 +20,7 @@ use crate::output;
 type Named = (String, Recording);
 
 /// Endings of files that may be logs.
-const ENDINGS: [&str; 5] = ["csv", "tsv", "txt", "log", "dat"];
+const ENDINGS: [&str; 7] = ["csv", "tsv", "txt", "log", "dat", "mcap", "mha"];
 
 /// What was done, for the terminal and `--json`.
 #[derive(Serialize)]
@@ -97,7 +97,7 @@ fn logs(folder: &Path) -> Result<(Vec<Named>, Vec<String>), Failure> {
     for entry in fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        if path.is_file() && ENDINGS.contains(&ending.as_str()) {
+        if ENDINGS.contains(&ending.as_str()) && path.is_file() || is_bag(&path) {
             paths.push(path);
         }
     }
@@ -117,11 +117,16 @@ fn logs(folder: &Path) -> Result<(Vec<Named>, Vec<String>), Failure> {
     Ok((logs, left_out))
 }
 
+/// Whether a folder is a bag of ROS 2.
+fn is_bag(folder: &Path) -> bool {
+    folder.join("metadata.yaml").is_file()
+}
+
 /// A log, looked at: of text every cell, which may name runs; of a bag, which may be large, the summaries.
 fn recording(path: &Path, name: &str) -> Result<Recording, IngestError> {
     let raw = RawFile::open(path, name, limits::LOG_BYTES_MAX)?;
     let options = Options::default();
-    let keep = if formats::detect(&raw)? == Format::Csv { Keep::All } else { Keep::Nothing };
+    let keep = if formats::detect(&raw)? == Format::Mcap { Keep::Nothing } else { Keep::All };
     formats::read(&raw, &options, keep)
 }
 

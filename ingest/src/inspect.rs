@@ -5,7 +5,10 @@ use crate::draft;
 use crate::finding::{Finding, Severity};
 use crate::formats::{self, Options};
 use crate::raw::RawFile;
-use crate::recording::{Keep, Recording};
+use crate::recording::{ColumnRef, Keep, Recording};
+
+/// A log up to this size is read again for its words.
+const WORDS_BYTES_MAX: u64 = 64 << 20;
 
 /// A raw file, looked at.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +39,18 @@ impl Inspection {
 /// # Errors
 /// As [`formats::read`].
 pub fn inspect(raw: &RawFile, name: &str, options: &Options) -> Result<Inspection, IngestError> {
-    let recording = formats::read(raw, options, Keep::Nothing)?;
+    let mut recording = formats::read(raw, options, Keep::Nothing)?;
+    // Words may be stamps, and only all of them together tell in which order day and month stand.
+    let words = |recording: &Recording| -> Vec<ColumnRef> {
+        let tables = recording.tables.iter().filter(|table| table.clock.is_none());
+        let columns = tables.flat_map(|table| table.columns.iter().map(move |column| (table, column)));
+        let text = columns.filter(|(_, column)| column.summary.samples == 0);
+        text.map(|(table, column)| ColumnRef::Name(table.full_name(&column.name))).collect()
+    };
+    let asked = words(&recording);
+    if !asked.is_empty() && raw.len() <= WORDS_BYTES_MAX {
+        recording = formats::read(raw, options, Keep::Only(&asked))?;
+    }
     let mut findings = recording.findings.clone();
     for table in &recording.tables {
         let time = table.time();

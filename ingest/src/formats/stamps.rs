@@ -9,6 +9,7 @@ use crate::error::shown;
 use crate::finding::places::{Places, cell_finding};
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::recording::{Cells, Column, Recording, Table, full_name};
+use crate::watch::ClockWatch;
 
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 const SECONDS_PER_DAY: i64 = 86_400;
@@ -523,7 +524,10 @@ fn take(
     }
     findings.extend(wrap_finding(file, &channel, &stamps.wraps, &table.lines));
     reasons.push(format!("column {} holds {}", shown(&name), stamps.reason));
-    table.columns[index] = Column::new(&name, Some("s"), Cells::Numbers(stamps.seconds));
+    let mut watch = ClockWatch::default();
+    watch.block(&stamps.seconds);
+    let column = Column::new(&name, Some("s"), Cells::Numbers(stamps.seconds));
+    table.columns[index] = Column { clock: Some(watch.finish()), ..column };
 }
 
 /// Tells of the samples at which a time of day begins anew and a day is added.
