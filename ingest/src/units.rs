@@ -13,6 +13,8 @@ pub enum Dimension {
     Angle,
     /// N.
     Force,
+    /// N m.
+    Torque,
     /// kg.
     Mass,
     /// m².
@@ -45,6 +47,7 @@ impl Dimension {
             Self::Length => "m",
             Self::Angle => "rad",
             Self::Force => "N",
+            Self::Torque => "N m",
             Self::Mass => "kg",
             Self::Area => "m2",
             Self::Time => "s",
@@ -66,6 +69,7 @@ impl Dimension {
             Self::Length => "a length (mm, cm, m)",
             Self::Angle => "an angle (deg, rad)",
             Self::Force => "a force (N, mN)",
+            Self::Torque => "a torque (N m, N mm)",
             Self::Mass => "a mass (g, kg)",
             Self::Area => "an area (mm2, cm2, m2)",
             Self::Time => "a time (s, ms)",
@@ -87,6 +91,7 @@ impl Dimension {
             Self::Length => "mm",
             Self::Angle => "deg",
             Self::Force => "N",
+            Self::Torque => "N m",
             Self::Mass => "g",
             Self::Area => "mm2",
             Self::Time => "s",
@@ -147,6 +152,8 @@ const UNITS: &[Unit] = &[
     unit("N", Dimension::Force, 1.0),
     unit("mN", Dimension::Force, 1e-3),
     unit("kN", Dimension::Force, 1e3),
+    unit("N m", Dimension::Torque, 1.0),
+    unit("N mm", Dimension::Torque, 1e-3),
     // Standard gravity, 9.80665 m/s², on 1 kg, 1 g and 1 lb (0.45359237 kg), all exact by definition.
     unit("kgf", Dimension::Force, 9.806_65),
     unit("gf", Dimension::Force, 9.806_65e-3),
@@ -225,6 +232,9 @@ const SPELLINGS: &[(&str, &str)] = &[
     ("kilonewton", "kN"),
     ("kgf", "kgf"),
     ("lbf", "lbf"),
+    ("nm", "N m"),
+    ("n·m", "N m"),
+    ("n-m", "N m"),
     ("gram", "g"),
     ("kg", "kg"),
     ("kilogram", "kg"),

@@ -10,12 +10,17 @@ use pneuval_ingest::finding::{Finding, FindingKind, Severity, clock_findings};
 use pneuval_ingest::formats::csv::{
     Comment, Comments, CsvOptions, Decimal, Encoding, Header, TextLog, WriteOptions, parse_number, read, write,
 };
+use pneuval_ingest::formats::{Format, detect};
+use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::recording::{Cells, Column};
 
 const AUTO: CsvOptions =
     CsvOptions { delimiter: None, decimal: None, header: Header::Auto, skip_lines: None, comments: None };
 
 fn log(text: impl AsRef<[u8]>) -> TextLog {
+    // Whatever is read here as delimited text is told as such, too.
+    let raw = RawFile::of_bytes("r.csv", text.as_ref());
+    assert_eq!(detect(&raw).unwrap(), Format::Csv, "{}", String::from_utf8_lossy(text.as_ref()));
     read("r.csv", text.as_ref(), &AUTO).unwrap()
 }
 

@@ -105,3 +105,25 @@ fn plus_sequences_have_their_frames() {
     assert_eq!((z[0], z[10], z[19]), (30.0, 38.0, 31.0));
     assert_eq!(column(&recording, "ToolToTracker.qw")[0], 1.0);
 }
+
+#[test]
+fn logs_of_rigs_are_still_told_as_delimited_text() {
+    for folder in ["rig/zillen", "rig/zillen/rerun", "rig/gunawardane", "tensile/soromadb", "tensile/treloar", "tube"] {
+        let Some(folder) = file(folder) else { return };
+        let mut folders = vec![folder];
+        let mut told = 0;
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if path.extension().is_some_and(|extension| extension == "csv" || extension == "txt") {
+                    let raw = RawFile::open(&path, "log", u64::MAX).unwrap();
+                    assert_eq!(detect(&raw).unwrap(), Format::Csv, "{}", path.display());
+                    told += 1;
+                }
+            }
+        }
+        assert!(told > 0);
+    }
+}

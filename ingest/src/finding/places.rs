@@ -79,6 +79,9 @@ pub(crate) fn cell_finding(kind: FindingKind, places: Places, file: &str, name: 
             (Severity::Excluded, places.counted("cell says that there is no value", "cells say that there is no value"))
         }
         FindingKind::OutOfRange => (Severity::Excluded, places.counted("cell says overload", "cells say overload")),
+        FindingKind::UnitMismatch => {
+            (Severity::Excluded, places.counted("cell is in another unit", "cells are in another unit"))
+        }
         FindingKind::LowQuality => (
             Severity::Excluded,
             places.counted("value is not to be trusted by its status", "values are not to be trusted by their status"),

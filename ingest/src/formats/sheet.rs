@@ -24,6 +24,8 @@ struct Making {
     numbers: Builder,
     /// The words of a column of text, and whether they are kept.
     text: Option<(Vec<String>, bool)>,
+    /// What a row holds where nothing is put.
+    fill: f64,
     /// What the row that is being filled holds.
     number: f64,
     word: String,
@@ -94,12 +96,17 @@ impl<'a> Sheet<'a> {
 
     /// Adds a column of numbers; rows before it are holes. Where it is `expected`, a row that holds nothing for it is told.
     pub fn numbers(&mut self, name: &str, unit: Option<&str>, is_expected: bool) -> Result<usize, IngestError> {
-        self.column(name, unit, is_expected, false)
+        self.column(name, unit, is_expected, Some(f64::NAN))
+    }
+
+    /// Adds a column of marks: rows without one, those before it too, hold 0.
+    pub fn marks(&mut self, name: &str) -> Result<usize, IngestError> {
+        self.column(name, None, false, Some(0.0))
     }
 
     /// Adds a column of text.
     pub fn text(&mut self, name: &str) -> Result<usize, IngestError> {
-        self.column(name, None, false, true)
+        self.column(name, None, false, None)
     }
 
     fn column(
@@ -107,7 +114,7 @@ impl<'a> Sheet<'a> {
         name: &str,
         unit: Option<&str>,
         is_expected: bool,
-        is_text: bool,
+        fill: Option<f64>,
     ) -> Result<usize, IngestError> {
         let number = self.columns.len() + 1;
         if number > LOG_COLUMNS_MAX {
@@ -123,10 +130,11 @@ impl<'a> Sheet<'a> {
         let is_stamp = unit == Some("s");
         let keep = self.keep.keeps(&self.name, &unique, number) || (is_stamp && self.keep.wants(&self.name));
         let mut numbers = if is_stamp { Builder::clock(keep, ClockUnit::Seconds(1.0)) } else { Builder::new(keep) };
-        let mut text = is_text.then(|| (Vec::new(), keep));
+        let mut text = fill.is_none().then(|| (Vec::new(), keep));
+        let fill = fill.unwrap_or(f64::NAN);
         for _ in 0..self.lines.rows() {
             match &mut text {
-                None => numbers.push(f64::NAN),
+                None => numbers.push(fill),
                 Some((words, true)) => words.push(String::new()),
                 Some((_, false)) => {}
             }
@@ -136,7 +144,8 @@ impl<'a> Sheet<'a> {
             unit: unit.map(str::to_owned),
             numbers,
             text,
-            number: f64::NAN,
+            number: fill,
+            fill,
             word: String::new(),
             is_put: false,
             is_expected,
@@ -155,11 +164,6 @@ impl<'a> Sheet<'a> {
         &self.lines
     }
 
-    /// Columns so far.
-    pub fn width(&self) -> usize {
-        self.columns.len()
-    }
-
     /// Gives a column its unit.
     pub fn set_unit(&mut self, column: usize, unit: &str) {
         if let Some(column) = self.columns.get_mut(column) {
@@ -174,11 +178,6 @@ impl<'a> Sheet<'a> {
         {
             column.unit = Some(unit.to_owned());
         }
-    }
-
-    /// Whether the row that is being filled has something for a column already.
-    pub fn is_put(&self, column: usize) -> bool {
-        self.columns.get(column).is_some_and(|c| c.is_put)
     }
 
     /// The number of a column in the row that is being filled.
@@ -227,15 +226,6 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Takes back what was put in the row that is being filled.
-    pub fn clear_row(&mut self) {
-        for column in &mut self.columns {
-            column.number = f64::NAN;
-            column.word.clear();
-            column.is_put = false;
-        }
-    }
-
     /// Ends the row, which stands on a line. What was not put is a hole; it is told where `is_told`, if it was expected.
     pub fn end_row(&mut self, line: usize, is_told: bool) -> Result<(), IngestError> {
         let row = self.lines.rows();
@@ -252,7 +242,7 @@ impl<'a> Sheet<'a> {
                 Some((words, true)) => words.push(std::mem::take(&mut column.word)),
                 Some((_, false)) => {}
             }
-            column.number = f64::NAN;
+            column.number = column.fill;
             column.is_put = false;
         }
         self.lines.push(line);

@@ -68,6 +68,12 @@ pub fn parse(cells: &[String]) -> Option<Stamps> {
     of_stamps(&cells.iter().map(|cell| (one(cell), cell.trim().is_empty())).collect::<Vec<_>>(), None)
 }
 
+/// Whether a text is a stamp, a bare number excepted.
+pub(crate) fn is_stamp(text: &[u8]) -> bool {
+    let is_marked = text.iter().any(|b| matches!(b, b':' | b'-' | b'/'));
+    is_marked && std::str::from_utf8(text).ok().and_then(one).is_some()
+}
+
 /// A time of day or a stamp of an unambiguous date, as seconds since midnight or since 1970 in the clock's own zone.
 pub(crate) fn seconds_of(text: &str) -> Option<(f64, bool)> {
     let stamp = one(text)?;
@@ -295,10 +301,9 @@ fn date(text: &str) -> Option<(Date, &str)> {
     let day_first = days_from_civil(year, second, first);
     let month_first = days_from_civil(year, first, second);
     let date = match (mark, day_first, month_first) {
-        (_, None, None) => return None,
         // Nobody who parts a date by points writes the month first.
         ('.', Some(days), _) => Date::Days(days),
-        ('.', None, Some(_)) => return None,
+        ('.', None, _) | (_, None, None) => return None,
         _ => Date::Either { day_first, month_first },
     };
     Some((date, rest))

@@ -23,7 +23,7 @@ use reader::Reader;
 use crate::error::{IngestError, Place};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity, Span};
 use crate::formats;
-use crate::manifest::{FileDigest, Rig, SessionManifest};
+use crate::manifest::{FileDigest, PointRule, Rig, SessionManifest};
 use crate::raw::RawFile;
 use crate::recording::Keep;
 use crate::units::{Dimension, Unit};
@@ -196,7 +196,7 @@ impl Session {
         Ok(session)
     }
 
-    /// The channels of a response measure what it says they do, on one clock.
+    /// The channels of a response measure what it says they do, on one clock, if it needs one.
     fn check_responses(&self) -> Result<(), IngestError> {
         for response in &self.manifest.responses {
             let refused = |expected: String, found: String, next: &str| IngestError::Malformed {
@@ -228,6 +228,11 @@ impl Session {
                 let found = ids().map(name).collect::<Vec<_>>().join(", ");
                 let next = "channels of several topics are stored by `pneuval ingest`, but not set against each other: record them in one message, or log them together";
                 return Err(refused("channels that share one clock".to_owned(), found, next));
+            }
+            let clocked = |run: &Run| run.stream_of(ids()).is_none_or(|stream| stream.seconds.is_some());
+            if matches!(response.points, PointRule::Plateaus { .. }) && !self.runs.iter().all(clocked) {
+                let next = "add [clock] with `column` and `unit`, or with `rate`";
+                return Err(refused("a clock, to find plateaus by".to_owned(), "none".to_owned(), next));
             }
         }
         Ok(())

@@ -2,7 +2,7 @@
 //!
 //! Source: the `.msg` files of <https://github.com/ros2/common_interfaces> and <https://github.com/ros2/rcl_interfaces>. REP 103
 //! (<https://www.ros.org/reps/rep-0103.html>) makes them SI throughout. Not here: units the table of units does not hold
-//! (N m, m/s, rad/s, degrees Celsius, T, A), and fields that mean one or the other (`JointState.position` is rad or m).
+//! (m/s, rad/s, degrees Celsius, T, A), and fields that mean one or the other (`JointState.position` is rad or m).
 
 /// Message type without `/msg`, path below it (elements without their index), unit.
 const UNITS: &[(&str, &str, &str)] = &[
@@ -31,6 +31,13 @@ const UNITS: &[(&str, &str, &str)] = &[
     ("geometry_msgs/Wrench", "force.x", "N"),
     ("geometry_msgs/Wrench", "force.y", "N"),
     ("geometry_msgs/Wrench", "force.z", "N"),
+    ("geometry_msgs/Wrench", "torque.x", "N m"),
+    ("geometry_msgs/Wrench", "torque.y", "N m"),
+    ("geometry_msgs/Wrench", "torque.z", "N m"),
+    ("geometry_msgs/Quaternion", "x", "1"),
+    ("geometry_msgs/Quaternion", "y", "1"),
+    ("geometry_msgs/Quaternion", "z", "1"),
+    ("geometry_msgs/Quaternion", "w", "1"),
     ("geometry_msgs/Transform", "translation.x", "m"),
     ("geometry_msgs/Transform", "translation.y", "m"),
     ("geometry_msgs/Transform", "translation.z", "m"),

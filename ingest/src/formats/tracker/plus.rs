@@ -50,12 +50,10 @@ pub fn read(raw: &RawFile, keep: Keep) -> Result<Recording, IngestError> {
     let mut is_whole = false;
     while let Some(line) = lines.next()? {
         let bytes = trim(line.bytes);
-        if let Some((frame, field, value)) = frame_field(bytes) {
-            if line.is_ended {
-                reading.field(frame, field, value, line.number)?;
-            } else {
-                reading.cut = Some(line.number);
-            }
+        if !line.is_ended && !bytes.starts_with(b"ElementDataFile") {
+            reading.cut = Some(line.number);
+        } else if let Some((frame, field, value)) = frame_field(bytes) {
+            reading.field(frame, field, value, line.number)?;
         } else if !bytes.is_empty() {
             is_whole = bytes.strip_prefix(b"ElementDataFile").is_some_and(|rest| trim(rest).starts_with(b"="));
             reading.header(bytes, line.number);
@@ -151,13 +149,12 @@ impl<'a> Reading<'a> {
                 self.frame = Some((frame, line));
             }
         }
-        let index = match self.targets.iter().position(|(known, _)| known == field) {
-            Some(index) => index,
-            None => {
-                let target = self.target(field, value)?;
-                self.targets.push((field.to_vec(), target));
-                self.targets.len() - 1
-            }
+        let index = if let Some(index) = self.targets.iter().position(|(known, _)| known == field) {
+            index
+        } else {
+            let target = self.target(field, value)?;
+            self.targets.push((field.to_vec(), target));
+            self.targets.len() - 1
         };
         let row = self.sheet.rows();
         match self.targets.get(index) {
@@ -339,8 +336,11 @@ impl<'a> Reading<'a> {
     }
 }
 
+/// A position, and a quaternion or how far the matrix is from a rotation.
+type Pose = ([f64; 3], Result<[f64; 4], f64>);
+
 /// Position and quaternion of a matrix, or how far it is from a rotation; `None` if it is not sixteen numbers of a transform.
-fn pose(value: &[u8]) -> Option<([f64; 3], Result<[f64; 4], f64>)> {
+fn pose(value: &[u8]) -> Option<Pose> {
     let mut matrix = [0.0; 16];
     let mut words = value.split(|b| matches!(b, b' ' | b'\t')).filter(|word| !word.is_empty());
     for element in &mut matrix {

@@ -188,7 +188,7 @@ impl<'a> Reading<'a> {
             };
             match known.role {
                 Role::Time => {
-                    self.origin_s = table.stamp(field, *column, cell, layout.decimal, line.number, self.origin_s)
+                    self.origin_s = table.stamp(field, *column, cell, layout.decimal, line.number, self.origin_s);
                 }
                 Role::Position => {
                     table.sheet.cell(*column, cell, layout.decimal, line.number);

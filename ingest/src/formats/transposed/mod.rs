@@ -72,7 +72,7 @@ fn layout(head: &[u8], is_whole: bool) -> Option<(u8, Decimal)> {
         }
         let samples = rows.iter().map(|(_, samples)| *samples).max().unwrap_or(0);
         let is_sure = samples >= SAMPLES_SURE && samples > 4 * rows.len();
-        let is_even = rows.iter().filter(|(_, n)| *n == samples).count() * 2 > rows.len();
+        let is_even = rows.iter().filter(|(_, n)| *n == samples).count() * 2 >= rows.len();
         (is_sure || (has_clock && rows.len() > 1 && samples > 2)) && is_even
     })
 }
@@ -232,7 +232,7 @@ impl Reading<'_> {
         }
         if current.is_none() {
             let name = first.as_deref().map(as_text).unwrap_or_default();
-            let name = self.unique(if name.is_empty() { format!("line {}", self.line) } else { name });
+            let name = self.unique(&if name.is_empty() { format!("line {}", self.line) } else { name });
             let number = self.quantities.len() + 1;
             let keep = self.keep.keeps("", &name, number);
             let mut quantity = Quantity {
@@ -286,12 +286,15 @@ impl Reading<'_> {
         Ok(())
     }
 
-    fn unique(&self, name: String) -> String {
+    fn unique(&self, name: &str) -> String {
         let taken = |name: &String| self.quantities.iter().any(|q| q.name == *name);
-        if !taken(&name) {
-            return name;
+        let mut unique = name.to_owned();
+        let mut copy = 1;
+        while taken(&unique) {
+            copy += 1;
+            unique = format!("{name} ({copy})");
         }
-        (2..).map(|copy| format!("{name} ({copy})")).find(|name| !taken(name)).unwrap_or(name)
+        unique
     }
 
     fn end_line(&mut self, first: &mut Option<Vec<u8>>, current: &mut Option<Quantity>, is_ended: bool) {

@@ -272,7 +272,7 @@ impl SessionManifest {
             .iter()
             .map(|derived| derived.checked(&document, &mut ids))
             .collect::<Result<Vec<_>, IngestError>>()?;
-        let responses = responses(&document, &raw.response, &ids, raw.clock.is_some())?;
+        let responses = responses(&document, &raw.response, &ids)?;
         let comparable: Vec<Comparable> =
             responses.iter().map(|r| Comparable { quantity: &r.quantity.id, columns: vec![] }).collect();
         let comparisons = comparisons(&document, &raw.comparison, &comparable)?;

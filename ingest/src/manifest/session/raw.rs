@@ -456,7 +456,6 @@ pub(super) fn responses(
     document: &Document,
     raw: &[RawResponse],
     ids: &[String],
-    clock: bool,
 ) -> Result<Vec<ResponseSpec>, IngestError> {
     let known = |name: &Spanned<String>| -> Result<String, IngestError> {
         if ids.contains(name.get_ref()) {
@@ -512,7 +511,7 @@ pub(super) fn responses(
             points: r
                 .points
                 .as_ref()
-                .map_or(Ok(PointRule::Samples { same_within_pa: 0.0 }), |points| points.checked(document, clock))?,
+                .map_or(Ok(PointRule::Samples { same_within_pa: 0.0 }), |points| points.checked(document))?,
             line: document.line_of(r.quantity.id.span().start),
         });
     }
@@ -520,7 +519,7 @@ pub(super) fn responses(
 }
 
 impl RawPoints {
-    pub fn checked(&self, document: &Document, clock: bool) -> Result<PointRule, IngestError> {
+    pub fn checked(&self, document: &Document) -> Result<PointRule, IngestError> {
         match (self.from.get_ref(), &self.tolerance, &self.hold, &self.window) {
             (PointSource::Samples, None, None, None) => {
                 let same =
@@ -538,10 +537,6 @@ impl RawPoints {
                     let expected = "no `same_within` beside from = \"plateaus\"";
                     let next = "remove it: plateaus within `tolerance` of each other are repeats";
                     return Err(document.malformed(same.value.span(), expected, "one", next));
-                }
-                if !clock {
-                    let next = "add [clock] with `column` and `unit`, or with `rate`";
-                    return Err(document.malformed(self.from.span(), "a clock, to find plateaus by", "none", next));
                 }
                 let hold_s = hold.checked(document, Dimension::Time)?;
                 let window_s = window.checked(document, Dimension::Time)?;

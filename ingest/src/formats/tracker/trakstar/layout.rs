@@ -410,7 +410,13 @@ fn is_sure(whole: &[(usize, &Vec<&[u8]>)], roles: &[Role], decimal: Decimal) -> 
     let turn: Vec<&[u8]> = whole.iter().filter_map(|(_, cells)| cells.first().copied()).collect();
     let first = turn.first().copied().unwrap_or_default();
     let length = turn.iter().skip(1).position(|id| *id == first).map_or(turn.len(), |at| at + 1);
-    let takes_turns = length > 1 && turn.len() >= 2 * length && turn.chunks(length).all(|c| turn.starts_with(c));
+    // A pose is printed with decimals; counts are not.
+    let has_decimals = whole.iter().all(|(_, cells)| {
+        let poses = cells.iter().zip(roles).filter(|(_, role)| matches!(role, Role::Position | Role::Angle(_)));
+        poses.into_iter().all(|(cell, _)| cell.iter().any(|b| matches!(b, b'.' | b',')))
+    });
+    let takes_turns =
+        has_decimals && length > 1 && turn.len() >= 2 * length && turn.chunks(length).all(|c| turn.starts_with(c));
     let times: Vec<f64> = whole.iter().filter_map(|(_, cells)| parse_number(cells.get(time)?, decimal)).collect();
     let mut grid = super::AngleGrid::default();
     for (_, cells) in whole {
