@@ -89,36 +89,54 @@ pub struct Finding {
 /// Which line each sample stands on: only the places where lines and samples do not advance together are stored.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LineMap {
-    /// `(row, line)` where a run of rows on consecutive lines begins.
-    runs: Vec<(usize, usize)>,
+    runs: Vec<LineRun>,
     rows: usize,
+    /// The line on which the next row would continue the last run.
+    next_line: usize,
+}
+
+/// Rows on lines that are equally far apart: every second one where a blank line stands between them, as LF CR makes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct LineRun {
+    row: usize,
+    line: usize,
+    step: usize,
 }
 
 impl LineMap {
     /// Adds the next row, which stands on `line`.
+    #[inline]
     pub fn push(&mut self, line: usize) {
-        let continues = self.runs.last().is_some_and(|(row, first)| first + (self.rows - row) == line);
-        if !continues {
-            self.runs.push((self.rows, line));
+        match self.runs.last_mut() {
+            Some(last) if line == self.next_line => self.next_line += last.step,
+            // The second row of a run says how far apart its lines are.
+            Some(last) if last.row + 1 == self.rows && line > last.line => {
+                last.step = line - last.line;
+                self.next_line = line + last.step;
+            }
+            _ => {
+                self.runs.push(LineRun { row: self.rows, line, step: 1 });
+                self.next_line = line + 1;
+            }
         }
         self.rows += 1;
     }
 
     /// The line of a row, from 1; 0 for a row that is not there.
     pub fn line_of(&self, row: usize) -> usize {
-        let run = self.runs.partition_point(|(first, _)| *first <= row);
+        let run = self.runs.partition_point(|run| run.row <= row);
         match run.checked_sub(1).and_then(|i| self.runs.get(i)) {
-            Some((first, line)) if row < self.rows => line + (row - first),
+            Some(run) if row < self.rows => run.line + (row - run.row) * run.step,
             _ => 0,
         }
     }
 
     /// How many rows stand before a line.
     pub fn rows_before(&self, line: usize) -> usize {
-        let run = self.runs.partition_point(|(_, first)| *first < line);
-        let Some((row, first)) = run.checked_sub(1).and_then(|i| self.runs.get(i)) else { return 0 };
-        let end = self.runs.get(run).map_or(self.rows, |(next, _)| *next);
-        end.min(row + (line - first))
+        let next = self.runs.partition_point(|run| run.line < line);
+        let Some(run) = next.checked_sub(1).and_then(|i| self.runs.get(i)) else { return 0 };
+        let end = self.runs.get(next).map_or(self.rows, |next| next.row);
+        end.min(run.row + (line - run.line).div_ceil(run.step))
     }
 
     /// How many rows there are.
@@ -241,5 +259,19 @@ mod tests {
         };
         let stored = serde_json::to_string(&finding).unwrap();
         assert_eq!(serde_json::from_str::<Finding>(&stored).unwrap(), finding);
+    }
+
+    #[test]
+    fn lines_with_a_blank_one_between_them_are_one_run() {
+        let mut lines = LineMap::default();
+        let expected: Vec<usize> = (0..1_000).map(|i| 2 + 2 * i).chain([2_003, 2_004, 2_005, 2_009, 2_013]).collect();
+        for line in &expected {
+            lines.push(*line);
+        }
+        assert_eq!((0..lines.rows()).map(|row| lines.line_of(row)).collect::<Vec<_>>(), expected);
+        for line in 0..2_020 {
+            assert_eq!(lines.rows_before(line), expected.iter().filter(|l| **l < line).count(), "{line}");
+        }
+        assert_eq!(lines.runs.len(), 3);
     }
 }

@@ -353,7 +353,10 @@ impl Wide {
                 }
                 _ => self.line_ends += std::mem::take(&mut self.returns),
             }
-            out.extend_from_slice(c.encode_utf8(&mut [0; 4]).as_bytes());
+            match u8::try_from(c) {
+                Ok(byte) if byte.is_ascii() => out.push(byte),
+                _ => out.extend_from_slice(c.encode_utf8(&mut [0; 4]).as_bytes()),
+            }
         }
     }
 }
