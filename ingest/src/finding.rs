@@ -179,9 +179,16 @@ impl LineMap {
     pub(crate) fn extend(&self, spans: &mut Vec<Span>, first: usize, last: usize) {
         let mut from = first;
         while from <= last {
-            let run = self.runs.partition_point(|(row, _)| *row <= from);
-            let to = self.runs.get(run).map_or(last, |(row, _)| last.min(row - 1));
+            let next = self.runs.partition_point(|run| run.row <= from);
+            let is_dense = next.checked_sub(1).and_then(|i| self.runs.get(i)).is_none_or(|run| run.step == 1);
+            let end = self.runs.get(next).map_or(last, |run| last.min(run.row - 1));
+            let to = if is_dense { end } else { from };
+            let before = (spans.len(), spans.last().map(|span| span.last_sample));
             extend(spans, self.span(from, to));
+            if before == (spans.len(), spans.last().map(|span| span.last_sample)) {
+                // No room, and what follows is no continuation either.
+                return;
+            }
             from = to + 1;
         }
     }
@@ -219,11 +226,11 @@ mod tests {
     #[test]
     fn rows_added_together_give_the_spans_of_rows_added_one_by_one() {
         let mut lines = LineMap::default();
-        for line in [3, 4, 5, 9, 10, 20, 22, 23] {
+        for line in [3, 4, 5, 9, 10, 20, 22, 24, 26, 27] {
             lines.push(line);
         }
         for lines in [lines, LineMap::default()] {
-            for (first, last) in (0..8).flat_map(|first| (first..8).map(move |last| (first, last))) {
+            for (first, last) in (0..10).flat_map(|first| (first..10).map(move |last| (first, last))) {
                 let (mut one_by_one, mut together) = (vec![], vec![]);
                 (first..=last).for_each(|row| extend(&mut one_by_one, lines.span(row, row)));
                 lines.extend(&mut together, first, last);

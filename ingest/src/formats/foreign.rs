@@ -95,9 +95,7 @@ fn known(head: &[u8], name: &str) -> Option<(&'static str, String)> {
             "export the numbers as CSV from the program that wrote it; a printed table: `pdftotext -layout`".to_owned(),
         )
     } else if begins(b"PAR1") {
-        let csv = quoted(&format!("{stem}.csv"));
         let next = format!("convert it: duckdb -c \"COPY (FROM {}) TO {}\"", sql(name), sql(&format!("{stem}.csv")));
-        let _ = csv;
         ("a Parquet file", next)
     } else if begins(b"\x93NUMPY") {
         let next = format!(
