@@ -65,27 +65,47 @@ pub(super) fn scan(values: &[f64]) -> Scan {
     }
 }
 
-/// Runs of equal numbers, of at least eight: first number and the number behind the last. Any eight in a row hold four that begin at a
-/// multiple of four, so most numbers are looked at in fours only.
+/// Runs of equal numbers in a block, of at least eight: first number and the number behind the last.
 // Exactly equal is what is meant, here and below: what an instrument writes again is the same number.
 #[expect(clippy::float_cmp)]
-#[expect(clippy::needless_bitwise_bool, reason = "a branch for each would be guessed wrong too often")]
+#[expect(clippy::needless_bitwise_bool, reason = "without branches several are compared at once")]
 pub(super) fn long_runs(values: &[f64], mut found: impl FnMut(usize, usize)) {
-    let mut at = 0;
-    let mut end = 0;
-    while let Some([a, b, c, d]) = values.get(at..at + 4) {
-        // Noise of a coarse converter often repeats itself once or twice.
-        if (a == b) & (b == c) & (c == d) {
-            let first = at - values[end..at].iter().rev().take_while(|value| *value == a).count();
-            end = at + values[at..].iter().take_while(|value| *value == a).count();
-            if end - first >= LONG {
-                found(first, end);
-            }
-            at = end.next_multiple_of(4);
-        } else {
-            at += 4;
-        }
+    let values = &values[..values.len().min(BLOCK)];
+    let Some((_, later)) = values.split_first() else { return };
+    // Any eight hold four that begin at a multiple of four. Most columns have no such four.
+    let (fours, _) = values.as_chunks::<4>();
+    if !fours.iter().fold(false, |any, [a, b, c, d]| any | ((a == b) & (b == c) & (c == d))) {
+        return;
     }
+    // Whether a number equals the next one, then whether it does so twice, four and seven times in a row: each is worked out for many
+    // numbers at once, and without a branch that noise of a coarse converter, which often repeats itself, would make guesswork.
+    let mut once = [0_u8; BLOCK + LONG];
+    let mut twice = [0_u8; BLOCK + LONG];
+    let mut long = [0_u8; BLOCK];
+    for ((equal, a), b) in once.iter_mut().zip(values).zip(later) {
+        *equal = u8::from(a == b);
+    }
+    for ((both, a), b) in twice.iter_mut().zip(&once).zip(&once[1..]) {
+        *both = a & b;
+    }
+    for (i, seven) in long.iter_mut().enumerate() {
+        *seven = twice[i] & twice[i + 2] & twice[i + 4] & once[i + 6];
+    }
+    let mut at = 0;
+    while let Some(next) = long.get(at..).and_then(first_set) {
+        let first = at + next;
+        at = first + 1 + once[first..].iter().take_while(|equal| **equal != 0).count();
+        found(first, at);
+    }
+}
+
+/// Where the first byte stands that is not 0.
+fn first_set(bytes: &[u8]) -> Option<usize> {
+    let (eights, rest) = bytes.as_chunks::<8>();
+    let skipped = eights.iter().take_while(|eight| u64::from_ne_bytes(**eight) == 0).count();
+    let from = 8 * skipped;
+    let rest = if skipped == eights.len() { rest } else { &bytes[from..] };
+    rest.iter().position(|byte| *byte != 0).map(|i| from + i)
 }
 
 /// The mean size of second differences: of a straight line it is 0, of noise about twice its standard deviation. `None` of fewer than
