@@ -126,7 +126,7 @@ impl Step {
 }
 
 /// Steps of a clock that never goes back: what is fed here in order is measured, counted and forgotten.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Steps {
     last: Option<Stamp>,
     lengths: Sketch,
@@ -135,6 +135,13 @@ pub(crate) struct Steps {
     longest: Vec<Step>,
     /// No step up to this length can be among the longest any more.
     floor_s: f64,
+}
+
+impl Default for Steps {
+    fn default() -> Self {
+        let lengths = Sketch::fine();
+        Self { last: None, lengths, equal: Places::default(), longest: Vec::new(), floor_s: 0.0 }
+    }
 }
 
 impl Steps {

@@ -1,11 +1,14 @@
 //! A distribution of positive numbers in bounded memory.
 
-/// Bits of the mantissa that tell one bin from the next at first: bins are at most 0.025 % wide.
-const MANTISSA_BITS: u32 = 12;
+/// Bits of the mantissa that tell one bin from the next at first, and slots of the table of bins at most, half of them in use: bins of
+/// at most 0.025 %, in about 100 kB.
+const FINE: (u32, usize) = (12, 4096);
 
-/// Slots of the table of bins at first and at most; at most half of them are in use.
-const SLOTS_MIN: usize = 64;
-const SLOTS_MAX: usize = 4096;
+/// Bins of at most 6 %, in a few kB.
+const COARSE: (u32, usize) = (4, 256);
+
+/// Slots at first.
+const SLOTS_MIN: usize = 16;
 
 /// Positive numbers, counted in bins of equal relative width: the top bits of a double are its bin.
 ///
@@ -15,6 +18,7 @@ const SLOTS_MAX: usize = 4096;
 pub(crate) struct Sketch {
     /// Bits of a double below those that are its bin.
     shift: u32,
+    slots_max: usize,
     bins: Vec<Bin>,
     used: usize,
     count: u64,
@@ -29,13 +33,21 @@ struct Bin {
     max: f64,
 }
 
-impl Default for Sketch {
-    fn default() -> Self {
-        Self { shift: f64::MANTISSA_DIGITS - 1 - MANTISSA_BITS, bins: Vec::new(), used: 0, count: 0 }
-    }
-}
-
 impl Sketch {
+    /// Good to a few parts in ten thousand.
+    pub fn fine() -> Self {
+        Self::new(FINE)
+    }
+
+    /// Good to a few per cent.
+    pub fn coarse() -> Self {
+        Self::new(COARSE)
+    }
+
+    fn new((bits, slots_max): (u32, usize)) -> Self {
+        Self { shift: f64::MANTISSA_DIGITS - 1 - bits, slots_max, bins: Vec::new(), used: 0, count: 0 }
+    }
+
     /// Adds a number; what is not finite and above 0 has no bin and is passed over.
     #[inline]
     pub fn add(&mut self, value: f64) {
@@ -81,7 +93,7 @@ impl Sketch {
     /// More slots, or wider bins where there are as many as there may be; then the bin that found no place.
     #[cold]
     fn grow(&mut self, bin: Bin) {
-        let slots = (2 * self.bins.len()).clamp(SLOTS_MIN, SLOTS_MAX);
+        let slots = (2 * self.bins.len()).clamp(SLOTS_MIN, self.slots_max);
         let wider = u32::from(slots == self.bins.len());
         self.shift += wider;
         let old = std::mem::replace(&mut self.bins, vec![Bin::default(); slots]);
@@ -151,9 +163,11 @@ mod tests {
 
     #[test]
     fn equal_numbers_have_themselves_as_median() {
-        let mut sketch = Sketch::default();
+        let mut sketch = Sketch::fine();
         assert_eq!(sketch.median(), None);
-        [0.25, f64::NAN, 0.0, -1.0, f64::INFINITY].iter().for_each(|v| sketch.add(*v));
+        for value in [0.25, f64::NAN, 0.0, -1.0, f64::INFINITY] {
+            sketch.add(value);
+        }
         assert_eq!((sketch.count(), sketch.median()), (1, Some(0.25)));
         sketch.add(0.75);
         assert_eq!(sketch.median(), Some(0.5));
@@ -164,13 +178,15 @@ mod tests {
         let mut state = 42;
         // From numbers close together, which keep narrow bins, to numbers of all sizes, which ask for wider ones.
         for (octaves, off_max) in [(0.01, 2e-5), (1.0, 2e-5), (20.0, 4e-4)] {
-            let mut sketch = Sketch::default();
+            let mut sketch = Sketch::fine();
             let mut all: Vec<f64> = (0..100_001).map(|_| 0.01 * f64::exp2(octaves * random(&mut state))).collect();
-            all.iter().for_each(|v| sketch.add(*v));
+            for value in &all {
+                sketch.add(*value);
+            }
             all.sort_by(f64::total_cmp);
             let (exact, median) = (all[50_000], sketch.median().unwrap());
             assert!((median / exact - 1.0).abs() < off_max, "{octaves} octaves: {median} for {exact}");
-            assert!(sketch.bins.len() <= SLOTS_MAX);
+            assert!(sketch.bins.len() <= FINE.1);
             assert_eq!(sketch.sorted().above(0.0), 100_001);
             let above = all.iter().filter(|v| **v > 1.5 * exact).count() as u64;
             assert!(sketch.sorted().above(1.5 * exact).abs_diff(above) < 20);
