@@ -498,7 +498,7 @@ fn a_declared_wrap_makes_one_clock_of_it() {
     assert_eq!(unwrap(&mut late, 10.0), [2, 4]);
     assert_eq!(late, [9.8, 9.9, 10.0, 9.95, 10.1, 10.2]);
     for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(unwrap(&mut late, wrong), []);
+        assert_eq!(unwrap(&mut late, wrong).len(), 0);
     }
     assert_eq!(late[5], 10.2);
 }
