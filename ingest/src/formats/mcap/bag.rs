@@ -116,6 +116,12 @@ impl<'k> Bag<'k> {
             }
             return Ok(());
         }
+        if self.file.data_ended && matches!(opcode, op::MESSAGE | op::CHUNK | op::ATTACHMENT) {
+            self.file
+                .tell
+                .bad_record(offset, || format!("a {} behind the end of the data", super::record_name(opcode)));
+            return Ok(());
+        }
         match opcode {
             op::MESSAGE => {
                 self.file.loose_messages += 1;
@@ -330,7 +336,6 @@ impl<'k> Bag<'k> {
     }
 
     fn chunk(&mut self, offset: u64, body: &[u8], inflate: &mut Inflate) -> Result<(), IngestError> {
-        self.file.chunks += 1;
         let Some(chunk) = fields::chunk(body) else {
             self.malformed(offset, op::CHUNK);
             return Ok(());
@@ -343,6 +348,7 @@ impl<'k> Bag<'k> {
                 return Ok(());
             }
         };
+        self.file.chunks += 1;
         self.file.unchecked_chunks += u64::from(!open.checked);
         for record in Records::new(open.records) {
             match record {
@@ -397,6 +403,9 @@ impl<'k> Bag<'k> {
             if statistics.channel_message_counts.is_empty() && found != stated {
                 file.tell.count(format!("the summary counts {}, {found} are in the data", tell::messages(stated)));
             }
+        }
+        if file.chunks > 0 && file.loose_messages > 0 {
+            file.tell.loose(file.loose_messages);
         }
         if file.unchecked_chunks > 0 {
             self.reason("chunks without a checksum: damage in them shows only where they do not decompress");

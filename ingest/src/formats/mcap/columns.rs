@@ -283,6 +283,15 @@ impl Columns {
         self.rows += 1;
     }
 
+    /// Removes all columns but the times, before the first message.
+    pub fn forget(&mut self) {
+        self.named.truncate(TIMES.len());
+        self.numbers.truncate(TIMES.len());
+        self.row.truncate(TIMES.len());
+        self.texts.clear();
+        self.by_name.clear();
+    }
+
     /// Removes the columns whose names begin so: a field turned out not to be a signal.
     pub fn drop_field(&mut self, field: &str) {
         self.named.retain(|named| !named.name.starts_with(field) || !named.name[field.len()..].starts_with('['));

@@ -22,6 +22,7 @@
 //! | `known.rs` | units that ROS messages promise |
 //! | `tell.rs` | findings and their sentences |
 //! | `rosbag2.rs` | folders of split files |
+//! | `frames.rs` | pictures, one at a time |
 //! | `records.rs` | every record, for those who look into a file |
 //! | `write/` | the writer |
 
@@ -30,6 +31,7 @@ mod cdr;
 mod chunk;
 mod columns;
 mod fields;
+mod frames;
 mod json;
 mod known;
 mod plan;
@@ -43,6 +45,7 @@ mod write;
 
 use ::mcap::records::op;
 
+pub use frames::{Frame, FrameKind, frames};
 pub use records::{RecordAt, records};
 pub use write::{Compression, Encoding, WriteOptions, write};
 

@@ -175,7 +175,16 @@ fn package_of(name: &str) -> &str {
 impl Definitions {
     /// Reads the definitions that stand in a file.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
-        let schema = MessageSchema::parse(name, text).map_err(|error| format!("{error:#}"))?;
+        // The parser takes a section without any line for none; a message without fields is one.
+        let mut lines = vec![];
+        for line in text.lines() {
+            lines.push(line);
+            if line.trim_start().starts_with("MSG: ") {
+                lines.push("#");
+            }
+        }
+        let text = lines.join("\n");
+        let schema = MessageSchema::parse(name, &text).map_err(|error| format!("{error:#}"))?;
         let root = short_name(name);
         let mut types: HashMap<_, _> =
             schema.dependencies.into_iter().map(|spec| (short_name(&spec.name), Rc::new(spec))).collect();

@@ -32,56 +32,11 @@ struct Metadata {
 /// As [`super::read`]; [`IngestError::Unusable`] also if the folder holds no MCAP file, with the command that converts it where
 /// its storage is another.
 pub fn read(raw: &RawFile, keep: Keep) -> Result<Recording, IngestError> {
-    let parts = raw.parts().unwrap_or_default();
-    let metadata = parts.iter().find(|part| part.file_name() == "metadata.yaml");
     let mut bag = Bag::new(keep);
-    let mut told = vec![];
-    let mut tell = |kind, severity, text: String| {
-        let file = raw.name().to_owned();
-        told.push(Finding { kind, severity, file, channel: None, spans: vec![], count: 1, text });
-    };
-    let said = if let Some(part) = metadata {
-        match parse(&part.head(METADATA_BYTES_MAX)?) {
-            Ok(metadata) => Some(metadata),
-            Err(why) => {
-                let text = format!("{} cannot be used ({why}); the files are read by name", part.name());
-                tell(FindingKind::UnusableFile, Severity::Note, text);
-                None
-            }
-        }
-    } else {
-        bag.reasons.push("no `metadata.yaml` in the folder: the files are read by name".to_owned());
-        None
-    };
-    let is_mcap = |part: &&RawFile| std::path::Path::new(part.name()).extension().is_some_and(|e| e == "mcap");
-    let mut files: Vec<&RawFile> = vec![];
-    let named = said.as_ref().map_or(&[][..], |said| &said.files);
-    for name in named {
-        // Recorders of some releases put the folder before the name.
-        let name = name.rsplit('/').next().unwrap_or(name);
-        match parts.iter().find(|part| part.file_name() == name) {
-            Some(part) if is_mcap(&part) => files.push(part),
-            Some(_) => {}
-            None => {
-                let text =
-                    format!("`metadata.yaml` names {}, which is not in the folder: its messages are lost", shown(name));
-                tell(FindingKind::CountMismatch, Severity::Lost, text);
-            }
-        }
-    }
-    for part in parts.iter().filter(is_mcap) {
-        if !files.iter().any(|file| file.name() == part.name()) {
-            if said.is_some() {
-                let text =
-                    format!("{} is not named in `metadata.yaml`; read after the others", shown(part.file_name()));
-                tell(FindingKind::CountMismatch, Severity::Note, text);
-            }
-            files.push(part);
-        }
-    }
-    if files.is_empty() {
-        return Err(no_file(raw, parts, said.as_ref()));
-    }
+    let Folder { said, files, findings, reason } = Folder::open(raw)?;
+    bag.reasons.extend(reason);
+    let mut told = findings;
+    let mut tell = |kind, severity, text: String| told.push(finding(raw, kind, severity, text));
     let mut counts: HashMap<String, u64> = HashMap::new();
     let mut unusable = None;
     let mut read = 0;
@@ -120,6 +75,76 @@ pub fn read(raw: &RawFile, keep: Keep) -> Result<Recording, IngestError> {
     }
     bag.findings.extend(told);
     bag.finish(raw)
+}
+
+/// The MCAP files of a folder in their order; a single file is itself.
+///
+/// # Errors
+/// As [`read`], if there is none.
+pub(super) fn files<'r>(raw: &'r RawFile<'r>) -> Result<Vec<&'r RawFile<'r>>, IngestError> {
+    if raw.parts().is_some() { Ok(Folder::open(raw)?.files) } else { Ok(vec![raw]) }
+}
+
+fn finding(raw: &RawFile, kind: FindingKind, severity: Severity, text: String) -> Finding {
+    Finding { kind, severity, file: raw.name().to_owned(), channel: None, spans: vec![], count: 1, text }
+}
+
+/// A folder before its bags are read.
+struct Folder<'r> {
+    said: Option<Metadata>,
+    files: Vec<&'r RawFile<'r>>,
+    findings: Vec<Finding>,
+    reason: Option<String>,
+}
+
+impl<'r> Folder<'r> {
+    fn open(raw: &'r RawFile<'r>) -> Result<Self, IngestError> {
+        let parts = raw.parts().unwrap_or_default();
+        let mut findings = vec![];
+        let mut tell = |kind, severity, text: String| findings.push(finding(raw, kind, severity, text));
+        let (mut said, mut reason) = (None, None);
+        match parts.iter().find(|part| part.file_name() == "metadata.yaml") {
+            Some(part) => match parse(&part.head(METADATA_BYTES_MAX)?) {
+                Ok(metadata) => said = Some(metadata),
+                Err(why) => {
+                    let text = format!("{} cannot be used ({why}); the files are read by name", part.name());
+                    tell(FindingKind::UnusableFile, Severity::Note, text);
+                }
+            },
+            None => reason = Some("no `metadata.yaml` in the folder: the files are read by name".to_owned()),
+        }
+        let is_mcap = |part: &&RawFile| std::path::Path::new(part.name()).extension().is_some_and(|e| e == "mcap");
+        let mut files: Vec<&RawFile> = vec![];
+        for name in said.as_ref().map_or(&[][..], |said| &said.files) {
+            // Recorders of some releases put the folder before the name.
+            let name = name.rsplit('/').next().unwrap_or(name);
+            match parts.iter().find(|part| part.file_name() == name) {
+                Some(part) if files.iter().any(|file| file.name() == part.name()) => {}
+                Some(part) if is_mcap(&part) => files.push(part),
+                Some(_) => {}
+                None => {
+                    let name = shown(name);
+                    let text =
+                        format!("`metadata.yaml` names {name}, which is not in the folder: its messages are lost");
+                    tell(FindingKind::CountMismatch, Severity::Lost, text);
+                }
+            }
+        }
+        for part in parts.iter().filter(is_mcap) {
+            if !files.iter().any(|file| file.name() == part.name()) {
+                if said.is_some() {
+                    let name = shown(part.file_name());
+                    let text = format!("{name} is not named in `metadata.yaml`; read after the others");
+                    tell(FindingKind::CountMismatch, Severity::Note, text);
+                }
+                files.push(part);
+            }
+        }
+        if files.is_empty() {
+            return Err(no_file(raw, parts, said.as_ref()));
+        }
+        Ok(Self { said, files, findings, reason })
+    }
 }
 
 fn no_file(raw: &RawFile, parts: &[RawFile], said: Option<&Metadata>) -> IngestError {

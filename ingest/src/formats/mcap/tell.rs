@@ -56,6 +56,7 @@ pub(super) struct Tell {
     conflicts: Places,
     /// Messages of a channel that was defined anew otherwise.
     pub after_conflict: usize,
+    loose: u64,
     checksums: Vec<(Severity, String)>,
     counts: Vec<String>,
 }
@@ -101,6 +102,11 @@ impl Tell {
 
     pub fn checksum(&mut self, severity: Severity, sentence: String) {
         self.checksums.push((severity, sentence));
+    }
+
+    /// Messages outside of chunks in a file that has chunks: no writer is known to do that, but a damaged index may look like one.
+    pub fn loose(&mut self, messages: u64) {
+        self.loose = messages;
     }
 
     pub fn count(&mut self, sentence: String) {
@@ -151,6 +157,11 @@ impl Tell {
                 self.unknown.listed()
             );
             tell(FindingKind::BadRecord, Severity::Note, self.unknown.count, text);
+        }
+        if self.loose > 0 {
+            let text =
+                format!("{} outside of the chunks, where no checksum covers it: is it one?", messages(self.loose));
+            tell(FindingKind::BadRecord, Severity::Note, usize::try_from(self.loose).unwrap_or(usize::MAX), text);
         }
         if self.orphans.count > 0 {
             let count = messages(self.orphans.count as u64);

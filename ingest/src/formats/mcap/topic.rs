@@ -2,8 +2,6 @@
 
 use std::rc::Rc;
 
-use prost_reflect::MessageDescriptor;
-
 use super::cdr::{self, Bad, Frames, Target};
 use super::columns::{Budget, Columns};
 use super::fields::MessageHead;
@@ -49,7 +47,7 @@ enum Decoder {
     Open,
     Cdr(Box<Plan>),
     Json,
-    Protobuf(MessageDescriptor),
+    Protobuf(Box<protobuf::Descriptors>),
     /// Why its messages cannot be used.
     None(String),
 }
@@ -144,7 +142,7 @@ impl Topic {
             ("cdr", ..) => Err("no definition of its messages is in the file".to_owned()),
             ("json", ..) => Ok(Decoder::Json),
             ("protobuf", Some("protobuf"), Some(schema)) => {
-                protobuf::descriptor(&schema.name, &schema.data).map(Decoder::Protobuf)
+                protobuf::Descriptors::parse(&schema.name, &schema.data).map(Box::new).map(Decoder::Protobuf)
             }
             ("protobuf", ..) => Err("no descriptor of its messages is in the file".to_owned()),
             (other, ..) => {
@@ -152,7 +150,11 @@ impl Topic {
                 Err(format!("its messages are in {other}; `cdr`, `json` and `protobuf` are read"))
             }
         };
-        self.decoder = made.unwrap_or_else(Decoder::None);
+        self.decoder = made.unwrap_or_else(|why| {
+            // Columns of fields that were understood before one was not.
+            self.columns.forget();
+            Decoder::None(why)
+        });
     }
 
     /// Why its messages cannot be used.

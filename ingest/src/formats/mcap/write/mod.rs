@@ -157,7 +157,7 @@ enum Leaves {
     Cdr(Definitions),
     /// Columns as a tree of their paths.
     Tree(Vec<Node>),
-    Protobuf(Vec<Node>, prost_reflect::MessageDescriptor),
+    Protobuf(Vec<Node>),
 }
 
 /// A field, or the fields below it.
@@ -224,8 +224,8 @@ impl Shape {
             Encoding::Protobuf => {
                 let nodes = tree(table, true);
                 let name = word(&name);
-                let (set, descriptor) = protobuf::descriptor(&name, &nodes)?;
-                let leaves = Leaves::Protobuf(nodes, descriptor);
+                let set = protobuf::descriptors(&name, &nodes);
+                let leaves = Leaves::Protobuf(nodes);
                 Ok(Self { name, schema_encoding: "protobuf", schema: set, message_encoding: "protobuf", leaves })
             }
             Encoding::Cdr => {
@@ -255,7 +255,10 @@ impl Shape {
                 out.extend_from_slice(object.to_string().as_bytes());
                 Ok(())
             }
-            Leaves::Protobuf(nodes, descriptor) => protobuf::encode(descriptor, nodes, source, row, out),
+            Leaves::Protobuf(nodes) => {
+                protobuf::encode(nodes, source, row, out);
+                Ok(())
+            }
             Leaves::Cdr(definitions) => cdr::encode(definitions, source, row, out),
         }
     }

@@ -1,17 +1,14 @@
 //! Messages as Protobuf: every number an optional double, stamps as `google.protobuf.Timestamp`.
 
-use prost_reflect::prost::Message as _;
-use prost_reflect::prost_types::field_descriptor_proto::{Label, Type};
-use prost_reflect::prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
-use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, Value};
+use prost::Message as _;
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet, Timestamp};
 
 use super::{Node, Source};
 use crate::formats::mcap::HEADER_STAMPS;
 
-const TIMESTAMP: &str = "google.protobuf.Timestamp";
-
-/// The descriptors that a file with such messages holds, and that of the messages.
-pub(super) fn descriptor(name: &str, nodes: &[Node]) -> Result<(Vec<u8>, MessageDescriptor), String> {
+/// The descriptors that a file with such messages holds.
+pub(super) fn descriptors(name: &str, nodes: &[Node]) -> Vec<u8> {
     let time = DescriptorProto {
         name: Some("Timestamp".to_owned()),
         field: vec![field("seconds", 1, Type::Int64, None), field("nanos", 2, Type::Int32, None)],
@@ -32,10 +29,7 @@ pub(super) fn descriptor(name: &str, nodes: &[Node]) -> Result<(Vec<u8>, Message
         syntax: Some("proto2".to_owned()),
         ..FileDescriptorProto::default()
     };
-    let set = FileDescriptorSet { file: vec![google, own] }.encode_to_vec();
-    let pool = DescriptorPool::decode(set.as_slice()).map_err(|error| error.to_string())?;
-    let found = pool.get_message_by_name(name).ok_or_else(|| format!("no message {name}"))?;
-    Ok((set, found))
+    FileDescriptorSet { file: vec![google, own] }.encode_to_vec()
 }
 
 fn field(name: &str, number: i32, kind: Type, of: Option<String>) -> FieldDescriptorProto {
@@ -62,7 +56,7 @@ fn message(name: &str, full: &str, nodes: &[Node]) -> DescriptorProto {
             out.nested_type.push(message(&inside, &full, &node.below));
             field(&node.name, number, Type::Message, Some(full))
         } else if is_stamp(node) {
-            field(&node.name, number, Type::Message, Some(format!(".{TIMESTAMP}")))
+            field(&node.name, number, Type::Message, Some(".google.protobuf.Timestamp".to_owned()))
         } else {
             field(&node.name, number, if node.text { Type::String } else { Type::Double }, None)
         };
@@ -72,37 +66,32 @@ fn message(name: &str, full: &str, nodes: &[Node]) -> DescriptorProto {
 }
 
 /// A message; a hole is an absent field.
-pub(super) fn encode(
-    descriptor: &MessageDescriptor,
-    nodes: &[Node],
-    source: &Source,
-    row: usize,
-    out: &mut Vec<u8>,
-) -> Result<(), String> {
-    filled(descriptor, nodes, source, row)?.encode(out).map_err(|error| error.to_string())
+pub(super) fn encode(nodes: &[Node], source: &Source, row: usize, out: &mut Vec<u8>) {
+    for (number, node) in (1_u64..).zip(nodes) {
+        if !node.below.is_empty() {
+            let mut inside = vec![];
+            encode(&node.below, source, row, &mut inside);
+            counted(number, &inside, out);
+        } else if node.text {
+            counted(number, source.text(&node.path, row).as_bytes(), out);
+        } else if is_stamp(node) {
+            let Some(ns) = source.ns(&node.path, row) else { continue };
+            // Seconds and nanoseconds of a u64 of nanoseconds fit.
+            let time = Timestamp {
+                seconds: (ns / 1_000_000_000).cast_signed(),
+                nanos: i32::try_from(ns % 1_000_000_000).unwrap_or(0),
+            };
+            counted(number, &time.encode_to_vec(), out);
+        } else if let Some(value) = source.number(&node.path, row).filter(|value| !value.is_nan()) {
+            prost::encoding::encode_varint(number << 3 | 1, out);
+            out.extend_from_slice(&value.to_le_bytes());
+        }
+    }
 }
 
-fn filled(of: &MessageDescriptor, nodes: &[Node], source: &Source, row: usize) -> Result<DynamicMessage, String> {
-    let mut message = DynamicMessage::new(of.clone());
-    for (number, node) in (1..).zip(nodes) {
-        let kind = of.get_field(number).and_then(|field| field.kind().as_message().cloned());
-        let value = match kind {
-            Some(kind) if !node.below.is_empty() => Value::Message(filled(&kind, &node.below, source, row)?),
-            Some(kind) => {
-                let Some(ns) = source.ns(&node.path, row) else { continue };
-                let mut time = DynamicMessage::new(kind);
-                // Seconds and nanoseconds of a u64 of nanoseconds fit.
-                time.set_field_by_number(1, Value::I64((ns / 1_000_000_000).cast_signed()));
-                time.set_field_by_number(2, Value::I32((ns % 1_000_000_000) as i32));
-                Value::Message(time)
-            }
-            None if node.text => Value::String(source.text(&node.path, row).to_owned()),
-            None => match source.number(&node.path, row) {
-                Some(number) if !number.is_nan() => Value::F64(number),
-                _ => continue,
-            },
-        };
-        message.try_set_field_by_number(number, value).map_err(|error| error.to_string())?;
-    }
-    Ok(message)
+/// Bytes after their field number and length.
+fn counted(number: u64, bytes: &[u8], out: &mut Vec<u8>) {
+    prost::encoding::encode_varint(number << 3 | 2, out);
+    prost::encoding::encode_varint(bytes.len() as u64, out);
+    out.extend_from_slice(bytes);
 }
