@@ -133,6 +133,7 @@ fn clean() -> Vec<(&'static str, Vec<f64>)> {
             values
         }),
         ("settings in a table", signal(460, 13, |_, r| 50.0 * (9.0 * r.even()).floor())),
+        ("settings in a table, in order", signal(460, 13, |i, _| 50.0 * (i % 9.0))),
         ("cycles, command", cycles.clone()),
         ("cycles, converter", noisy(&cycles, 0.15, 8, adc)),
         ("cycles, converter, fine noise", noisy(&cycles, 0.02, 8, adc)),

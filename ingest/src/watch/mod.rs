@@ -32,7 +32,7 @@ const STEPS_MIN: f64 = 1.5;
 /// Measured values go to and fro between steps at least so often, and at least every so many stretches, of which at least one in so many
 /// lasts for a single sample: commands and states do neither.
 const ZIGZAGS_MIN: u64 = 10;
-const ZIGZAGS_SHARE: u64 = 20;
+const ZIGZAGS_SHARE: u64 = 5;
 const SINGLES_SHARE: u64 = 10;
 
 /// The mean size of a second difference of noise whose standard deviation is 1.
