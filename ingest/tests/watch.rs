@@ -121,6 +121,19 @@ fn clean() -> Vec<(&'static str, Vec<f64>)> {
         ("one plateau, command", tall.clone()),
         ("one plateau, converter, noise below its step", noisy(&tall, 0.02, 7, adc)),
         ("one plateau, converter, noise about its step", noisy(&tall, 0.12, 7, adc)),
+        ("a tracker that a hand moves and puts down", {
+            let moved = |i: f64, r: &mut Random| 10.0 * (i * 0.01).sin() + 0.05 * r.noise();
+            let mut values = signal(1400, 12, |i, r| ((moved(i, r)) / 0.0112).round() * 0.0112);
+            let rest = values[1250] + 0.0112;
+            // It settles over a few steps of its grid and then flickers a little.
+            values.splice(
+                1251..,
+                (0..300_u32).map(|i| rest + 0.0112 * f64::from((3 - (i / 6).min(3)) + u32::from(i == 230))),
+            );
+            values
+        }),
+        ("settings in a table", signal(460, 13, |_, r| 50.0 * (9.0 * r.even()).floor())),
+        ("settings in a table, in order", signal(460, 13, |i, _| 50.0 * (i % 9.0))),
         ("cycles, command", cycles.clone()),
         ("cycles, converter", noisy(&cycles, 0.15, 8, adc)),
         ("cycles, converter, fine noise", noisy(&cycles, 0.02, 8, adc)),

@@ -1,5 +1,7 @@
 //! The grid on which the numbers of a column stand: the step of an analogue-to-digital converter, or of print.
 
+use super::sketch::Sketch;
+
 /// Numbers that are remembered, all of them different.
 const LEVELS_MAX: usize = 64;
 
@@ -20,6 +22,9 @@ const FEW_OFF_MAX: f64 = 0.05;
 /// No two numbers on a grid are closer together than this share of a step.
 const CLOSE_MAX: f64 = 0.5;
 
+/// Of the numbers of a signal at most one in so many is far from the one before.
+const FAR_SHARE: u64 = 4;
+
 /// Remembers a few numbers that are close together, closer and closer as more of them come. Those of a grid end up as neighbours.
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
@@ -29,12 +34,19 @@ pub(super) struct Grid {
     /// The least that two neighbouring numbers of the column differ: a smooth signal looks like a grid where it is steep, but not where
     /// it turns.
     least: f64,
+    apart: Sketch,
     probed: usize,
 }
 
 impl Default for Grid {
     fn default() -> Self {
-        Self { levels: Vec::new(), window: (f64::NEG_INFINITY, f64::INFINITY), least: f64::INFINITY, probed: 0 }
+        Self {
+            levels: Vec::new(),
+            window: (f64::NEG_INFINITY, f64::INFINITY),
+            least: f64::INFINITY,
+            apart: Sketch::coarse(),
+            probed: 0,
+        }
     }
 }
 
@@ -46,6 +58,7 @@ impl Grid {
         self.probed += values.len();
         for pair in values.windows(2) {
             let apart = (pair[1] - pair[0]).abs();
+            self.apart.add(apart);
             if apart < self.least && apart > rounding(pair[1]) {
                 self.least = apart;
             }
@@ -79,6 +92,11 @@ impl Grid {
         if let (Some(first), Some(last)) = (self.levels.first(), self.levels.last()) {
             self.window = (*first, *last);
         }
+    }
+
+    /// Whether most neighbouring numbers of the column are as near to each other as those of a signal are.
+    pub fn follows(&self, near: f64) -> bool {
+        FAR_SHARE * self.apart.sorted().above(near) <= self.apart.count()
     }
 
     /// The step of the grid, if the numbers stand on one.

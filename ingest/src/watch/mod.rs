@@ -29,13 +29,18 @@ const STEPS_FEW: f64 = 50.0;
 /// ... unless it is a switch, which has one step only.
 const STEPS_MIN: f64 = 1.5;
 
-/// Measured values go to and fro between steps at least so often, and at least one stretch in so many lasts for a single sample:
-/// commands and states do neither.
+/// Measured values go to and fro between steps at least so often, and at least every so many stretches, of which at least one in so many
+/// lasts for a single sample: commands and states do neither.
 const ZIGZAGS_MIN: u64 = 10;
+const ZIGZAGS_SHARE: u64 = 5;
 const SINGLES_SHARE: u64 = 10;
 
 /// The mean size of a second difference of noise whose standard deviation is 1.
 const WOBBLE_OF_NOISE: f64 = 1.954_41;
+
+/// ... and most steps are no longer than one of the grid, or than this share of the range: settings in a table are in any order.
+const NEAR_STEPS: f64 = 1.5;
+const NEAR_SHARE: f64 = 0.25;
 
 /// Looks at the numbers of a column as they go by.
 ///
@@ -193,10 +198,14 @@ impl Seen {
     fn finish(self) -> Summary {
         let Nature { runs, singles, short, zigzags, ref grid, .. } = self.nature;
         let quantum = grid.step();
+        let noise = self.nature.noise();
+        let span = self.range.map_or(0.0, |(min, max)| max - min);
+        let near = (NEAR_SHARE * span).max(NEAR_STEPS * quantum.unwrap_or(0.0));
         let restless = singles >= (runs / SINGLES_SHARE).max(1);
         let stays = self.range.map_or_else(Vec::new, |range| {
             let short = short as u64;
-            self.stays.judge(&Channel { range, numbers: self.numbers, zigzags, short, quantum, runs, restless })
+            let wobble = noise.unwrap_or(0.0) * WOBBLE_OF_NOISE;
+            self.stays.judge(&Channel { wobble, range, numbers: self.numbers, zigzags, short, quantum, runs, restless })
         });
         Summary {
             samples: self.samples,
@@ -204,8 +213,8 @@ impl Seen {
             range: self.range,
             mean: Some(self.mean).filter(|mean| self.numbers > 0 && mean.is_finite()),
             quantum,
-            noise: self.nature.noise(),
-            flickers: zigzags.all >= ZIGZAGS_MIN && restless,
+            noise,
+            flickers: zigzags.all >= ZIGZAGS_MIN.max(runs / ZIGZAGS_SHARE) && restless && grid.follows(near),
             stays,
         }
     }

@@ -2,9 +2,10 @@
 //!
 //! A stretch of equal numbers means nothing by itself. A command holds its plateaus, a converter shows none of the noise below its step,
 //! a gauge reads zero until something touches it. What is told is a stretch that is far longer than any on other values, in a channel
-//! whose noise is otherwise seen from sample to sample.
+//! whose noise is otherwise seen from sample to sample, right up to where the stretch begins: a hand that moves a tracker shakes, and then
+//! puts it down.
 
-use super::block::{At, LONG, Zigzags, long_runs};
+use super::block::{At, LONG, Zigzags, long_runs, wobble};
 
 /// Shorter stretches are nothing, however lively the channel.
 const LENGTH_MIN: u64 = LONG as u64;
@@ -41,6 +42,13 @@ const REST_SHARE: f64 = 0.05;
 /// A stretch on zero is no end of a range if what is next to it is further away than this share of the range.
 const APART_SHARE: f64 = 0.25;
 
+/// Numbers before a stretch in which its noise is looked for.
+const EDGE: usize = 16;
+
+/// There it wobbles at least so much, in shares of what is usual and in steps of the grid.
+const EDGE_SHARE: f64 = 0.2;
+const EDGE_STEPS: f64 = 0.75;
+
 /// Equal numbers in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Run {
@@ -53,6 +61,8 @@ struct Run {
     /// The values on both sides; NaN where there is none.
     before: f64,
     after: f64,
+    /// How much the numbers before it wobble.
+    edge: f64,
 }
 
 /// An end of the range of a channel.
@@ -84,6 +94,8 @@ pub struct Stay {
 struct Level {
     value: f64,
     longest: u64,
+    /// The most that the numbers before one of its stretches wobble.
+    edge: f64,
     /// Stretches and their numbers, by powers of two of the length.
     counts: [u32; OCTAVES],
     numbers: [u64; OCTAVES],
@@ -92,14 +104,21 @@ struct Level {
 
 impl Level {
     fn new(run: Run) -> Self {
-        let mut level =
-            Self { value: run.value, longest: 0, counts: [0; OCTAVES], numbers: [0; OCTAVES], kept: Vec::new() };
+        let mut level = Self {
+            value: run.value,
+            longest: 0,
+            edge: 0.0,
+            counts: [0; OCTAVES],
+            numbers: [0; OCTAVES],
+            kept: Vec::new(),
+        };
         level.add(run);
         level
     }
 
     fn add(&mut self, run: Run) {
         self.longest = self.longest.max(run.count);
+        self.edge = self.edge.max(run.edge);
         let octave = octave(run.count);
         self.counts[octave] = self.counts[octave].saturating_add(1);
         self.numbers[octave] += run.count;
@@ -121,6 +140,13 @@ impl Level {
     }
 }
 
+/// How much the last numbers wobble of those of the block before and those of this one.
+fn edge(history: &[f64], values: &[f64]) -> f64 {
+    let here = &values[values.len().saturating_sub(EDGE)..];
+    let there = &history[history.len().saturating_sub(EDGE - here.len())..];
+    wobble(&[there, here].concat()).unwrap_or(0.0)
+}
+
 /// The power of two of a length, from [`LENGTH_MIN`] on.
 fn octave(length: u64) -> usize {
     ((length.max(LENGTH_MIN).ilog2() - LENGTH_MIN.ilog2()) as usize).min(OCTAVES - 1)
@@ -134,6 +160,8 @@ pub(super) struct Stays {
     floor: u64,
     /// The run that may go on in the next block.
     open: Option<Run>,
+    /// The last numbers of the block before.
+    history: Vec<f64>,
     /// The run with which the column begins, if it is a long one.
     first: Option<Run>,
 }
@@ -149,6 +177,8 @@ pub(super) struct Channel {
     /// Runs that were seen, and whether many of them are a single number.
     pub runs: u64,
     pub restless: bool,
+    /// How much it usually wobbles.
+    pub wobble: f64,
 }
 
 impl Stays {
@@ -163,32 +193,33 @@ impl Stays {
             run.count += on as u64;
             run.last = at.sample(on - 1);
         }
-        let rest = &values[on..];
-        let (Some(first), Some(last)) = (rest.first(), rest.last()) else { return };
-        let before = self.open.map_or(f64::NAN, |run| run.value);
-        if let Some(open) = self.open.take() {
-            self.run(Run { after: *first, ..open });
-        }
-        // The last run may go on in the next block.
-        let end = rest.len() - rest.iter().rev().take_while(|value| *value == last).count();
-        long_runs(&rest[..end], |from, to| {
-            self.run(Run {
-                value: rest[from],
+        let history = std::mem::take(&mut self.history);
+        if let (Some(next), Some(last)) = (values.get(on), values.last()) {
+            if let Some(open) = self.open.take() {
+                self.run(Run { after: *next, ..open });
+            }
+            let run = |from: usize, to: usize| Run {
+                value: values[from],
                 count: (to - from) as u64,
-                first: at.sample(on + from),
-                last: at.sample(on + to - 1),
-                before: from.checked_sub(1).map_or(before, |i| rest[i]),
-                after: rest[to],
+                first: at.sample(from),
+                last: at.sample(to - 1),
+                before: from.checked_sub(1).map_or(open, |i| values[i]),
+                after: values.get(to).copied().unwrap_or(f64::NAN),
+                edge: edge(&history, &values[..from]),
+            };
+            // The last run may go on in the next block.
+            let end = values.len() - values[on..].iter().rev().take_while(|value| *value == last).count();
+            let floor = self.floor;
+            long_runs(&values[on..end], |from, to| {
+                if (to - from) as u64 > floor {
+                    self.run(run(on + from, on + to));
+                }
             });
-        });
-        self.open = Some(Run {
-            value: *last,
-            count: (rest.len() - end) as u64,
-            first: at.sample(on + end),
-            last: at.sample(values.len() - 1),
-            before: end.checked_sub(1).map_or(before, |i| rest[i]),
-            after: f64::NAN,
-        });
+            self.open = Some(run(end, values.len()));
+        }
+        self.history = history;
+        self.history.extend_from_slice(&values[values.len().saturating_sub(EDGE)..]);
+        self.history.drain(..self.history.len().saturating_sub(EDGE));
     }
 
     /// The next run that is over.
@@ -231,7 +262,9 @@ impl Stays {
         }
         let mut ends: Vec<&Level> = Vec::new();
         let mut within: Vec<&Level> = Vec::new();
-        for level in self.levels.iter().filter(|level| !self.is_rest(level.value, channel.range)) {
+        let edge_min = (EDGE_SHARE * channel.wobble).max(EDGE_STEPS * channel.quantum.unwrap_or(0.0));
+        let sudden = |level: &&Level| level.edge > edge_min && !self.is_rest(level.value, channel.range);
+        for level in self.levels.iter().filter(sudden) {
             if end(level, channel.range).is_some() { ends.push(level) } else { within.push(level) }
         }
         within.sort_by(|a, b| b.longest.cmp(&a.longest).then(a.value.total_cmp(&b.value)));
