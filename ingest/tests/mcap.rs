@@ -182,7 +182,7 @@ fn units_and_clocks_are_those_of_ros() {
     assert_eq!(unit(pressure, "fluid_pressure").as_deref(), Some("Pa"));
     assert_eq!(unit(pressure, "variance"), None);
     assert_eq!(unit(force, "wrench.force.z").as_deref(), Some("N"));
-    assert_eq!(unit(force, "wrench.torque.x"), None);
+    assert_eq!(unit(force, "wrench.torque.x").as_deref(), Some("N m"));
     assert_eq!(unit(force, "header.stamp").as_deref(), Some("s"));
     assert_eq!(pressure.clock.map(|c| pressure.columns[c].name.as_str()), Some("header.stamp"));
     assert_eq!(Stamp::Header.column(pressure), Some("header.stamp"));
@@ -220,22 +220,26 @@ fn only_what_is_asked_for_is_kept() {
             assert_eq!(all.cells.len(), 3000);
         }
     }
-    let asked =
-        [ColumnRef::Name("/force.wrench.force.z".to_owned()), ColumnRef::Name("/force.header.stamp".to_owned())];
+    let asked = [ColumnRef::Name("/force.wrench.force.z".to_owned())];
     let only = read(&raw, Keep::Only(&asked)).unwrap();
     for (all, only) in all.tables.iter().zip(&only.tables) {
         assert_eq!((names(all), all.rows, all.clock), (names(only), only.rows, only.clock));
         for (all, only) in all.columns.iter().zip(&only.columns) {
-            let kept =
-                asked.contains(&ColumnRef::Name(format!("/force.{}", only.name))) && only.unit != Some("Pa".into());
-            if kept && !all.name.starts_with("fluid") && all.cells == only.cells {
-                continue;
-            }
-            assert_eq!(only.cells, Cells::NotKept, "{}", only.name);
+            // What is asked for comes with its clock.
+            let is_kept = all.cells == only.cells;
+            let name = (only.name.as_str(), is_kept);
+            assert!(is_kept || only.cells == Cells::NotKept, "{name:?}");
             // Times are looked at all the same.
-            assert_eq!(only.summary.samples > 0, only.unit.as_deref() == Some("s"), "{}", only.name);
+            let is_looked_at = only.name == "wrench.force.z" || only.unit.as_deref() == Some("s");
+            assert_eq!(only.summary.samples > 0, is_looked_at, "{name:?}");
         }
     }
+    let kept = |table: &Table| -> Vec<String> {
+        let columns = table.columns.iter().filter(|c| c.cells != Cells::NotKept);
+        columns.map(|c| c.name.clone()).collect()
+    };
+    assert_eq!(kept(&only.tables[0]), ["header.stamp", "wrench.force.z"]);
+    assert_eq!(kept(&only.tables[1]), [""; 0]);
     assert_eq!(numbers(&only.tables[0], "wrench.force.z"), numbers(&all.tables[0], "wrench.force.z"));
 }
 

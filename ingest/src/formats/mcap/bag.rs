@@ -17,7 +17,7 @@ use crate::finding::{Finding, LineMap, Severity};
 use crate::formats::csv::Decimal;
 use crate::limits::LOG_COLUMNS_MAX;
 use crate::raw::RawFile;
-use crate::recording::{Keep, Recording, Table};
+use crate::recording::{Cells, Keep, Recording, Table};
 
 /// Lines of metadata that are kept, and characters of each.
 const METADATA_LINES_MAX: usize = 200;
@@ -449,6 +449,12 @@ impl<'k> Bag<'k> {
             };
             let (clock, why) = super::clock_of(&table, self.origin);
             table.clock = clock;
+            // Which stamp is the clock is known only now: the other was kept in case.
+            for (i, column) in table.columns.iter_mut().enumerate().filter(|(i, _)| Some(*i) != clock) {
+                if column.clock.is_some() && !self.keep.keeps(&table.name, &column.name, i + 1) {
+                    column.cells = Cells::NotKept;
+                }
+            }
             self.reasons.extend(why);
             tables.push(table);
         }

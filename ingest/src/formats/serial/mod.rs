@@ -29,11 +29,11 @@ use crate::recording::{Keep, Recording};
 
 pub use write::{WriteOptions, write};
 
-/// Whether a text is a serial log that plain delimited text is not, by its first bytes: keys that come again and again, stamps of a
-/// terminal, or a header with the first sample glued to it.
+/// Whether a text is a serial log that plain delimited text is not, by its first bytes: keys that come again and again, or stamps of
+/// a terminal.
 pub fn looks_like(head: &[u8], is_whole: bool) -> bool {
     let lines = head_lines(head, is_whole);
-    keyed::looks_like(&lines) || rows::Glue::find(&lines).is_some() || rows::is_stamped(&lines)
+    keyed::looks_like(&lines) || rows::is_stamped(&lines)
 }
 
 /// Reads a serial log as a recording of one table. Where a terminal stamped the lines, the column `terminal_time` holds its stamps
@@ -47,7 +47,7 @@ pub fn read(raw: &RawFile, keep: Keep) -> Result<Recording, IngestError> {
     if keyed::looks_like(&lines) {
         return keyed::read(raw, keep);
     }
-    if rows::is_stamped(&lines) || rows::Glue::find(&lines).is_some() {
+    if rows::is_stamped(&lines) {
         return rows::read(raw, &bytes, is_whole, keep);
     }
     // Asked for, but the first lines show neither: keys may begin later, and what else there is, is delimited text.
