@@ -245,6 +245,15 @@ impl Builder {
         }
     }
 
+    /// Adds numbers; NaN is a hole.
+    #[inline]
+    pub fn extend(&mut self, values: impl Iterator<Item = f64>) {
+        self.values.extend(values);
+        if self.values.len() - self.watched >= BLOCK {
+            self.flush();
+        }
+    }
+
     /// Numbers so far.
     pub fn len(&self) -> usize {
         self.watch.samples() + self.values.len() - self.watched

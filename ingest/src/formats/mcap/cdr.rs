@@ -173,7 +173,7 @@ impl<'a, const BIG: bool, const ALIGN_MAX: usize> Cursor<'a, BIG, ALIGN_MAX> {
                 Op::Numbers { kind, slot, count } => {
                     let (slot, count) = (*slot, *count);
                     let bytes = self.take(kind.size(), count)?;
-                    let Some(cells) = walk.target.columns.row.get_mut(slot..slot + count) else { continue };
+                    let Some(cells) = walk.target.columns.cells(slot, count) else { continue };
                     by_kind!(*kind, BIG, |read: SIZE| {
                         for (cell, number) in cells.iter_mut().zip(bytes.as_chunks::<SIZE>().0) {
                             *cell = read(*number);

@@ -11,6 +11,9 @@ use crate::watch::Summary;
 /// The columns that every topic has: when a message was written to the file, and when it was sent.
 pub(super) const TIMES: [&str; 2] = [super::LOG_TIME, super::PUBLISH_TIME];
 
+/// Cells of rows that are given to the columns at once: they fit into the cache beside what else is at work.
+const BLOCK_CELLS: usize = 2_048;
+
 /// What all topics of a recording may still ask for.
 #[derive(Debug)]
 pub(super) struct Budget {
@@ -70,8 +73,10 @@ pub(super) struct Columns {
     numbers: Vec<Builder>,
     kept: usize,
     texts: Vec<Texts>,
-    /// The numbers of the message at hand.
-    pub row: Vec<f64>,
+    /// Rows that stand before the columns get them, so many at once: row after row, the message at hand at `at`.
+    block: Vec<f64>,
+    width: usize,
+    at: usize,
     /// Columns that came after the first message: cells that a message does not fill are holes.
     ragged: bool,
     rows: usize,
@@ -107,7 +112,9 @@ impl Columns {
             numbers: vec![],
             kept: 0,
             texts: vec![],
-            row: vec![],
+            block: vec![],
+            width: 0,
+            at: 0,
             ragged: false,
             rows: 0,
             cut: vec![],
@@ -149,12 +156,48 @@ impl Columns {
             self.kept += usize::from(kept);
             self.ragged |= self.rows > 0;
             self.numbers.push(builder);
-            self.row.push(f64::NAN);
-            Slot::Number(self.row.len() - 1)
+            self.widen();
+            Slot::Number(self.width - 1)
         } else {
             Slot::None
         };
         self.add(asked, name, unit, slot)
+    }
+
+    /// The cells of the message at hand.
+    #[inline]
+    fn row(&mut self) -> &mut [f64] {
+        // The block always has room for one more row: it is made so, and emptied when it is full.
+        &mut self.block[self.at..self.at + self.width]
+    }
+
+    /// Neighbouring cells of the message at hand.
+    #[inline]
+    pub fn cells(&mut self, slot: usize, count: usize) -> Option<&mut [f64]> {
+        self.row().get_mut(slot..slot + count)
+    }
+
+    /// Makes room for one more column in the block, in the message at hand too.
+    fn widen(&mut self) {
+        let message = self.row().to_vec();
+        // The new column has its holes for these rows already.
+        let (rows, made) = (self.block[..self.at].to_vec(), self.numbers.len() - 1);
+        for (column, builder) in self.numbers.iter_mut().take(made).enumerate() {
+            builder.extend(rows.chunks_exact(self.width).map(|row| row[column]));
+        }
+        self.width += 1;
+        self.at = 0;
+        let rows = (BLOCK_CELLS / self.width).max(1);
+        self.block = vec![f64::NAN; rows * self.width];
+        self.block[..message.len()].copy_from_slice(&message);
+    }
+
+    /// Gives the rows of the block to the columns.
+    fn flush(&mut self) {
+        for (column, builder) in self.numbers.iter_mut().enumerate() {
+            builder.extend(self.block[..self.at].chunks_exact(self.width).map(|row| row[column]));
+        }
+        self.at = 0;
     }
 
     /// The slot of a column of text, made if there is none of that name; only those that are kept are decoded.
@@ -218,7 +261,7 @@ impl Columns {
     pub fn begin(&mut self, ragged: bool) {
         self.ragged |= ragged;
         if self.ragged {
-            self.row.fill(f64::NAN);
+            self.row().fill(f64::NAN);
         }
         for text in &mut self.texts {
             text.next.clear();
@@ -230,7 +273,7 @@ impl Columns {
     pub fn put(&mut self, slot: Slot, value: f64) {
         match slot {
             Slot::Number(slot) => {
-                if let Some(cell) = self.row.get_mut(slot) {
+                if let Some(cell) = self.row().get_mut(slot) {
                     *cell = value;
                 }
             }
@@ -258,18 +301,23 @@ impl Columns {
 
     /// After a message that cannot be decoded: nothing of it counts but its row and its times.
     pub fn spoil(&mut self) {
-        self.row.fill(f64::NAN);
+        self.row().fill(f64::NAN);
         self.texts.iter_mut().for_each(|text| text.next.clear());
     }
 
     /// Adds the row, with the times of the message.
     #[inline]
     pub fn commit(&mut self, log_time: f64, publish_time: f64, budget: &mut Budget) {
-        if let Some([log, publish, ..]) = self.row.get_mut(..) {
+        if let [log, publish, ..] = self.row() {
             (*log, *publish) = (log_time, publish_time);
         }
-        for (builder, value) in self.numbers.iter_mut().zip(&self.row) {
-            builder.push(*value);
+        if self.ragged {
+            let holes = self.row().iter().filter(|cell| cell.is_nan()).count();
+            budget.padding = budget.padding.saturating_sub(holes);
+        }
+        self.at += self.width;
+        if self.at == self.block.len() {
+            self.flush();
         }
         let mut cells = self.kept;
         for text in &mut self.texts {
@@ -277,9 +325,6 @@ impl Columns {
             text.cells.push(text.next.clone());
         }
         budget.cells = budget.cells.saturating_sub(cells);
-        if self.ragged {
-            budget.padding = budget.padding.saturating_sub(self.row.iter().filter(|cell| cell.is_nan()).count());
-        }
         self.rows += 1;
     }
 
@@ -287,7 +332,8 @@ impl Columns {
     pub fn forget(&mut self) {
         self.named.truncate(TIMES.len());
         self.numbers.truncate(TIMES.len());
-        self.row.truncate(TIMES.len());
+        self.width = self.numbers.len();
+        self.block = vec![f64::NAN; BLOCK_CELLS / self.width * self.width];
         self.texts.clear();
         self.by_name.clear();
     }
@@ -298,7 +344,8 @@ impl Columns {
     }
 
     /// The columns.
-    pub fn finish(self) -> Vec<Column> {
+    pub fn finish(mut self) -> Vec<Column> {
+        self.flush();
         let mut numbers: Vec<Option<Builder>> = self.numbers.into_iter().map(Some).collect();
         let mut texts: Vec<Option<Texts>> = self.texts.into_iter().map(Some).collect();
         let column = |Named { name, unit, slot }: Named| {

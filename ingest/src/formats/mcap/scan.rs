@@ -187,11 +187,12 @@ impl<'a> Scan<'a> {
         Ok(filled)
     }
 
-    /// Reads a body; false if the file ends before. The memory grows with what is there, not with what is stated.
+    /// Reads a body; false if the file ends before.
     fn take(&mut self, length: u64, body: &mut Vec<u8>) -> Result<bool, IngestError> {
-        body.clear();
-        let read = (&mut self.reader).take(length).read_to_end(body);
-        Ok(read.map_err(|source| self.raw.failed(source))? as u64 == length)
+        // Not more than is left of the file, hence not more than anybody wrote.
+        let Ok(length) = usize::try_from(length) else { return Ok(false) };
+        body.resize(length, 0);
+        Ok(self.exactly(body)? == length)
     }
 
     /// Lets bytes pass by, into the CRC of the section and another.
