@@ -190,38 +190,6 @@ fn stamps_of_a_terminal_are_a_column_in_s() {
 }
 
 #[test]
-fn a_header_glued_to_the_first_sample_loses_neither() {
-    for (text, names_of, first) in [
-        ("time,p,flex0.00,1.2,3\n0.01,1.3,4\n0.02,1.4,5\n", vec!["time", "p", "flex"], vec![0.0, 1.2, 3.0]),
-        ("t;p0,1;2\n0,2;3\n0,3;4\n", vec!["t", "p"], vec![0.1, 2.0]),
-        ("boot\n\ntime\tp (kPa)-0.5\t1\r\r\n0.5\t2\r\r\n1.5\t3\r\r\n", vec!["time", "p (kPa)"], vec![-0.5, 1.0]),
-    ] {
-        let log = serial(text);
-        assert_eq!(names(&log), names_of, "{text}");
-        assert_eq!(log.tables[0].rows, 3);
-        let row: Vec<f64> = log.tables[0].columns.iter().map(|c| c.cells.numbers().unwrap()[0]).collect();
-        assert_eq!(row, first, "{text}");
-        let line = line_of(&log, 0);
-        assert_eq!(told(&log), [(FindingKind::HeaderGlued, Severity::Note, 1, vec![(line, line)])]);
-        assert_eq!(
-            log.findings[0].text,
-            format!(
-                "line {line} holds the names and the first sample, the line end between them is missing: both are read"
-            )
-        );
-    }
-}
-
-#[test]
-fn a_glued_number_whose_digits_may_belong_to_the_name_is_a_hole() {
-    let log = serial("time,p,flex20.00,1.2,3\n0.01,1.3,4\n0.02,1.4,5\n");
-    assert_eq!((names(&log), log.tables[0].rows), (vec!["time", "p", "flex"], 3));
-    assert!(numbers(&log, "time")[0].is_nan());
-    assert_eq!((numbers(&log, "p")[0], numbers(&log, "flex")[0]), (1.2, 3.0));
-    assert!(log.findings[0].text.contains("which of its digits belong to the name is open"), "{:?}", log.findings);
-}
-
-#[test]
 fn plain_delimited_lines_over_a_serial_port_stay_csv() {
     let text = "ESP-ROM:esp32s3\r\r\nboot ok\r\r\nt_ms,p,flex\r\r\n0,1.5,2\r\r\n10,1.6,2\r\r\nt_ms,p,flex\r\r\n0,1.5,2\r\r\nguru meditation\r\r\n10,1.6,2\r\r\nbye\r\r\n";
     let log = recording(text, Format::Csv);

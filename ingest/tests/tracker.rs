@@ -385,7 +385,7 @@ fn texts() -> Vec<(Format, Vec<u8>)> {
     for i in 0..40 {
         writeln!(serial, "12:00:{i:02}.5 -> t={i} p={}.5kPa s=RUN", i * 3).unwrap();
         writeln!(gauge, "{i} 09:00:{i:02},5 {},25 N T", i % 7).unwrap();
-        writeln!(rows, "{i}.5,{},{}", i * 2, i * 3).unwrap();
+        writeln!(rows, "12:00:{i:02}.5 -> {i}.5,{},{}", i * 2, i * 3).unwrap();
     }
     let frames = vec![("0.5", TURNED, "OK"); 12];
     let series: Vec<String> = (0..60).map(|i| i.to_string()).collect();
