@@ -185,7 +185,7 @@ fn table_text(table: &Table) -> String {
     out += "\n";
     let mut rows = table::plain(&["  column", "unit", "min", "max", "holes"], &[2, 3, 4]);
     for column in table.columns.iter().take(COLUMNS_SHOWN) {
-        rows.add_row(column_row(column));
+        rows.add_row(column_row(column, table.rows));
     }
     table::fit(&mut rows);
     out += &rows.trim_fmt();
@@ -196,10 +196,10 @@ fn table_text(table: &Table) -> String {
     out
 }
 
-fn column_row(column: &Column) -> Vec<String> {
+fn column_row(column: &Column, rows: usize) -> Vec<String> {
     let number = |value: Option<f64>| value.map_or("–".to_owned(), table::number);
     let Column { name, unit, summary, .. } = column;
-    let holes = if summary.samples == 0 { "text".to_owned() } else { summary.holes.to_string() };
+    let holes = if summary.samples == 0 && rows > 0 { "text".to_owned() } else { summary.holes.to_string() };
     vec![
         format!("  {}", table::cut(name)),
         unit.clone().unwrap_or_else(|| "–".to_owned()),

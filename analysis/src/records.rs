@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use pneuval_ingest::error::suggestion;
-use pneuval_ingest::finding::{self, median_rate_hz};
+use pneuval_ingest::finding::{self, rate_hz};
 use pneuval_ingest::manifest::{
     Actuator, ChannelSpec, ClockSpec, ColumnRef, ImportedModel, Material, PublishedDataset, Specimen,
 };
@@ -198,7 +198,7 @@ fn run(run: &Run) -> RunRecord {
     let finite = stamps.clone().flatten().copied().filter(|t| t.is_finite());
     let (first, last) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
     // Of several clocks the fastest: what a reader asks first is how finely the run was sampled.
-    let rate_hz = stamps.filter_map(median_rate_hz).max_by(f64::total_cmp);
+    let rate_hz = stamps.filter_map(rate_hz).max_by(f64::total_cmp);
     RunRecord {
         id: run.id.clone(),
         file: run.file.clone(),

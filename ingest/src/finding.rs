@@ -7,7 +7,7 @@ mod clock;
 mod kind;
 pub(crate) mod places;
 
-pub use clock::{clock_findings, forward_samples, leave_forward, median_rate_hz, median_step, unwrap};
+pub use clock::{clock_findings, forward_samples, leave_forward, median_step, rate_hz, unwrap};
 pub use kind::FindingKind;
 
 use serde::{Deserialize, Serialize};

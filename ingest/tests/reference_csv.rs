@@ -6,7 +6,7 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use pneuval_ingest::finding::{FindingKind, clock_findings, median_rate_hz};
+use pneuval_ingest::finding::{FindingKind, clock_findings, rate_hz};
 use pneuval_ingest::formats::csv::{CsvOptions, TextLog, read};
 use pneuval_ingest::limits;
 
@@ -46,7 +46,9 @@ fn zillen_friction_logs() {
         assert_eq!(log.findings, [], "{name}");
         assert_eq!((log.metadata.len(), log.layout.delimiter), (0, b'\t'));
         let seconds: Vec<f64> = numbers(&log, 0).iter().map(|ms| ms / 1e3).collect();
-        assert!((median_rate_hz(&seconds).unwrap() - 100.0).abs() < 1e-6, "{name}");
+        let rate = rate_hz(&seconds).unwrap();
+        // Most steps are 10 ms, some 11.
+        assert!((97.0..100.0).contains(&rate), "{name}: {rate}");
         let findings = clock_findings(name, "column 1", &seconds, Some(&log.lines));
         assert!(findings.iter().all(|f| f.kind == FindingKind::Gap), "{name}: {findings:?}");
         let gaps = findings.first().map_or(0, |f| f.count);

@@ -45,7 +45,14 @@ impl Part<'_> {
 
     /// The usual step of a clock, in its unit.
     pub fn step(&self) -> Option<f64> {
-        let watched = || self.column.clock.as_ref()?.rate_hz.map(f64::recip);
+        // A clock that was only looked at was watched in seconds.
+        let watched = || {
+            let Column { clock, summary, .. } = self.column;
+            let (clock, (min, max)) = (clock.as_ref()?, summary.range?);
+            let (first, last) = clock.span?;
+            let step = clock.steps.usual_s? * (max - min) / (last - first);
+            Some((step * 1e6).round() / 1e6)
+        };
         self.column.cells.numbers().and_then(median_step).or_else(watched)
     }
 

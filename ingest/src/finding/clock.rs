@@ -24,14 +24,20 @@ pub fn median_step(seconds: &[f64]) -> Option<f64> {
     Some(f64::midpoint(lower, upper))
 }
 
-/// The usual sample rate in Hz: one over [`median_step`].
+/// Samples per second where none are missing, in Hz: one over the mean of the steps that are no gaps. Samples without a stamp and those
+/// that go back do not count.
 ///
 /// ```
-/// use pneuval_ingest::finding::median_rate_hz;
-/// assert_eq!(median_rate_hz(&[0.0, 0.5, 1.0, 7.0]), Some(2.0));
+/// use pneuval_ingest::finding::rate_hz;
+/// assert_eq!(rate_hz(&[0.0, 0.5, 1.0, 7.0]), Some(2.0));
+/// // 120 Hz in whole milliseconds.
+/// assert_eq!(rate_hz(&[0.0, 0.008, 0.017, 0.025]), Some(120.0));
+/// assert_eq!(rate_hz(&[1.0]), None);
 /// ```
-pub fn median_rate_hz(seconds: &[f64]) -> Option<f64> {
-    median_step(seconds).map(f64::recip)
+pub fn rate_hz(seconds: &[f64]) -> Option<f64> {
+    let mut watch = ClockWatch::default();
+    watch.block(seconds);
+    watch.finish().rate_hz
 }
 
 /// The findings of a time channel in s, in this order:
@@ -264,6 +270,5 @@ mod tests {
     fn the_median_is_of_steps_forward() {
         assert_eq!(median_step(&[0.0, 1.0, 4.0]), Some(2.0));
         assert_eq!(median_step(&[0.0, f64::NAN, 4.0]), None);
-        assert_eq!(median_rate_hz(&[0.0, 0.0, 0.0, 0.5, 0.5]), Some(2.0));
     }
 }

@@ -21,7 +21,7 @@ pub use parquet::{Columns, Series, read_parquet, write_parquet, write_table};
 pub use record::{StoredChannel, StoredFile, StoredRun, StoredSession, StoredTable};
 
 use crate::IngestError;
-use crate::finding::median_rate_hz;
+use crate::finding::rate_hz;
 use crate::limits;
 use crate::manifest::{FileDigest, Rig, SessionManifest};
 use crate::raw::RawFile;
@@ -182,7 +182,7 @@ fn write_stream(
         samples: clock.samples,
         from_s: first,
         to_s: last,
-        rate_hz: median_rate_hz(stamps),
+        rate_hz: rate_hz(stamps),
         channels: stored,
     })
 }

@@ -130,6 +130,8 @@ impl Step {
 pub(crate) struct Steps {
     last: Option<Stamp>,
     lengths: Sketch,
+    /// Their sum, in s.
+    total_s: f64,
     equal: Places,
     /// The longest steps so far and some that were among them; up to twice [`LONGEST_MAX`].
     longest: Vec<Step>,
@@ -140,7 +142,7 @@ pub(crate) struct Steps {
 impl Default for Steps {
     fn default() -> Self {
         let lengths = Sketch::fine();
-        Self { last: None, lengths, equal: Places::default(), longest: Vec::new(), floor_s: 0.0 }
+        Self { last: None, lengths, total_s: 0.0, equal: Places::default(), longest: Vec::new(), floor_s: 0.0 }
     }
 }
 
@@ -152,6 +154,7 @@ impl Steps {
             let length = stamp - before.1;
             if length > 0.0 {
                 self.lengths.add(length);
+                self.total_s += length;
                 if length > self.floor_s {
                     self.remember(before, (sample, stamp));
                 }
@@ -203,7 +206,15 @@ impl Steps {
             let spread = most - few;
             spread > JITTER_STEPS * usual_s && (spread > JITTER_MS_STAMPS_S_MIN || !whole_ms)
         });
-        StepSummary { usual_s: Some(usual_s), spread_s, jitters, equal: self.equal, gap_count, gaps }
+        // Stamps of whole milliseconds take steps of 8 and 9 ms at 120 Hz: their mean is the rate, their median is not.
+        let gaps_s: f64 = gaps.iter().map(Step::length_s).sum();
+        let rate_hz = if gap_count == gaps.len() {
+            (ordinary as f64 + self.equal.count as f64) / (self.total_s - gaps_s)
+        } else {
+            usual_s.recip()
+        };
+        let rate_hz = Some(rate_hz).filter(|rate| rate.is_finite() && *rate > 0.0);
+        StepSummary { usual_s: Some(usual_s), rate_hz, spread_s, jitters, equal: self.equal, gap_count, gaps }
     }
 }
 
@@ -212,6 +223,8 @@ impl Steps {
 pub struct StepSummary {
     /// The median step, in s, good to 0.02 %.
     pub usual_s: Option<f64>,
+    /// Samples per second where none are missing, in Hz: one over the mean of the steps that are no gaps.
+    pub rate_hz: Option<f64>,
     /// All but one in twenty steps are at least and at most so long, in s; gaps apart.
     pub spread_s: Option<(f64, f64)>,
     /// Whether that is much.
@@ -303,7 +316,7 @@ pub struct ClockSummary {
     pub span: Option<(f64, f64)>,
     /// Their samples.
     pub span_samples: Option<(usize, usize)>,
-    /// The usual rate in Hz: one over the median of the steps that go forward.
+    /// Samples per second where none are missing, in Hz.
     pub rate_hz: Option<f64>,
     /// Samples without a finite stamp.
     pub holes: Places,
@@ -373,7 +386,7 @@ impl ClockWatch {
             samples: self.samples,
             span: self.first.zip(self.last).map(|(first, last)| (first.1, last.1)),
             span_samples: self.first.zip(self.last).map(|(first, last)| (first.0, last.0)),
-            rate_hz: steps.usual_s.map(f64::recip),
+            rate_hz: steps.rate_hz,
             holes: self.holes,
             back_count: self.back,
             wrap: steps.usual_s.and_then(|usual| self.wraps.judge(&self.backs, self.back, usual)),
