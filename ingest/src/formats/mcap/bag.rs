@@ -451,7 +451,7 @@ impl<'k> Bag<'k> {
             table.clock = clock;
             // Which stamp is the clock is known only now: the other was kept in case.
             for (i, column) in table.columns.iter_mut().enumerate().filter(|(i, _)| Some(*i) != clock) {
-                if column.clock.is_some() && !self.keep.keeps(&table.name, &column.name, i + 1) {
+                if !self.keep.keeps(&table.name, &column.name, i + 1) {
                     column.cells = Cells::NotKept;
                 }
             }

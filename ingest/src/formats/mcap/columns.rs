@@ -148,7 +148,10 @@ impl Columns {
             return Slot::None;
         }
         let slot = if kept || stamp || !matches!(keep, Keep::Only(_)) {
-            let mut builder = if stamp { Builder::clock(kept, ClockUnit::Seconds(1.0)) } else { Builder::new(kept) };
+            // Stamps that are kept can be looked at later.
+            let is_watched = stamp && !kept;
+            let mut builder =
+                if is_watched { Builder::clock(false, ClockUnit::Seconds(1.0)) } else { Builder::new(kept) };
             for _ in 0..self.rows {
                 builder.push(f64::NAN);
             }
