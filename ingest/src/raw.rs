@@ -23,7 +23,11 @@ enum Source<'a> {
     Path(PathBuf),
     Bytes(&'a [u8]),
     Folder(PathBuf, Vec<RawFile<'a>>),
+    Through(&'a RawFile<'a>, Through),
 }
+
+/// Gives the bytes of a file otherwise than they stand there: fewer of them.
+pub(crate) type Through = for<'r> fn(&'r RawFile<'r>) -> Result<Box<dyn Read + 'r>, IngestError>;
 
 impl<'a> RawFile<'a> {
     /// A file on disk, or a folder with the files of a bag: one that holds `metadata.yaml` or `*.mcap`. `name` is what messages
@@ -93,7 +97,7 @@ impl<'a> RawFile<'a> {
     pub fn parts(&self) -> Option<&[Self]> {
         match &self.source {
             Source::Folder(_, parts) => Some(parts),
-            Source::Path(_) | Source::Bytes(_) => None,
+            Source::Path(_) | Source::Bytes(_) | Source::Through(..) => None,
         }
     }
 
@@ -105,6 +109,11 @@ impl<'a> RawFile<'a> {
     /// Bytes under a name.
     pub fn of_bytes(name: &str, bytes: &'a [u8]) -> Self {
         Self { name: name.to_owned(), source: Source::Bytes(bytes), bytes: bytes.len() as u64 }
+    }
+
+    /// A file as `through` gives its bytes. Its length stays that of the file, which is the most that may come.
+    pub(crate) fn through(raw: &'a Self, through: Through) -> Self {
+        Self { name: raw.name.clone(), source: Source::Through(raw, through), bytes: raw.bytes }
     }
 
     /// What messages call it.
@@ -129,6 +138,7 @@ impl<'a> RawFile<'a> {
     pub fn reader(&self) -> Result<Box<dyn Read + '_>, IngestError> {
         Ok(match &self.source {
             Source::Bytes(bytes) => Box::new(*bytes),
+            Source::Through(raw, through) => through(raw)?,
             Source::Folder(..) => return Err(self.failed(std::io::Error::other("it is a folder, not a file"))),
             Source::Path(path) => {
                 let file = File::open(path).map_err(|source| IngestError::read(path, source))?;
@@ -174,11 +184,16 @@ impl<'a> RawFile<'a> {
         }
     }
 
-    /// What the system said while it was read, as an error of this file.
+    /// What the system said while it was read, as an error of this file; an error of this crate that went through a reader as it is.
     pub fn failed(&self, source: std::io::Error) -> IngestError {
+        let source = match source.downcast::<IngestError>() {
+            Ok(own) => return own,
+            Err(source) => source,
+        };
         let path = match &self.source {
             Source::Path(path) | Source::Folder(path, _) => path.clone(),
             Source::Bytes(_) => PathBuf::from(&self.name),
+            Source::Through(raw, _) => return raw.failed(source),
         };
         IngestError::Read { path, source }
     }

@@ -1,15 +1,17 @@
-//! What microcontrollers write to serial ports: keys and values, stamps of terminals, glued headers, and the noise between.
+//! What microcontrollers write to serial ports: keys and values, stamps of terminals, and the noise between.
 
 // In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
 use std::fmt::Write as _;
 
+use pneuval_ingest::IngestError;
 use pneuval_ingest::finding::{Finding, FindingKind, Severity};
 use pneuval_ingest::formats::serial::{WriteOptions, write};
 use pneuval_ingest::formats::{Format, Options, detect, read};
+use pneuval_ingest::limits::LINE_BYTES_MAX;
 use pneuval_ingest::raw::RawFile;
-use pneuval_ingest::recording::{Cells, Column, Keep, Recording};
+use pneuval_ingest::recording::{Cells, Column, ColumnRef, Keep, Recording};
 
 fn recording(text: impl AsRef<[u8]>, expected: Format) -> Recording {
     let raw = RawFile::of_bytes("r.log", text.as_ref());
@@ -187,6 +189,50 @@ fn stamps_of_a_terminal_are_a_column_in_s() {
     let log = serial("23:59:59.5 -> p=1\n00:00:00.5 -> p=2\n00:00:01.5 -> p=3\n");
     assert_eq!(numbers(&log, "terminal_time"), [86_399.5, 86_400.5, 86_401.5]);
     assert_eq!(told(&log), [(FindingKind::ClockWrap, Severity::Note, 1, vec![(2, 2)])]);
+}
+
+#[test]
+fn behind_stamps_delimited_lines_are_read_as_they_are_without() {
+    let text = "boot\r\nt,p,flex0,1.5,2\r\n1,ERR,2\r\nnoise\r\n2,1.5\r\n3,2.5,2\r\n4,3.5,2\r\nbye\r\n5,1";
+    let stamped: Vec<String> = text.split("\r\n").map(|line| format!("12:33:01.125 -> {line}")).collect();
+    let bare = recording(text, Format::Csv);
+    let log = serial(stamped.join("\r\n"));
+    assert_eq!(names(&log), ["terminal_time", "t", "p", "flex"]);
+    assert_eq!(numbers(&log, "terminal_time"), vec![45_181.125; bare.tables[0].rows]);
+    for column in &bare.tables[0].columns {
+        let (a, b) = (numbers(&log, &column.name), numbers(&bare, &column.name));
+        assert!(a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits()), "{}", column.name);
+    }
+    assert_eq!((told(&log), &log.tables[0].lines), (told(&bare), &bare.tables[0].lines));
+    assert_eq!(told(&log)[0].0, FindingKind::Truncated);
+}
+
+#[test]
+fn columns_behind_stamps_are_counted_and_named_with_the_stamps_before_them() {
+    let text = "12:33:01.125 -> terminal_time,p\n12:33:01.125 -> 0,1.5\n12:33:01.250 -> 1,2.5\n";
+    let raw = RawFile::of_bytes("r.log", text.as_bytes());
+    let kept = |asked: ColumnRef| -> Vec<(String, usize)> {
+        let recording = read(&raw, &Options::default(), Keep::Only(&[asked])).unwrap();
+        recording.tables[0].columns.iter().map(|c| (c.name.clone(), c.cells.len())).collect()
+    };
+    let name = |name: &str| ColumnRef::Name(name.to_owned());
+    let columns = |lengths: [usize; 3]| -> Vec<(String, usize)> {
+        ["terminal_time", "terminal_time (2)", "p"].iter().map(|n| (*n).to_owned()).zip(lengths).collect()
+    };
+    // Stamps in s are kept with whatever they are the clock of.
+    assert_eq!(kept(ColumnRef::Number(3)), columns([2, 0, 2]));
+    assert_eq!(kept(name("p")), columns([2, 0, 2]));
+    assert_eq!(kept(name("terminal_time (2)")), columns([2, 2, 0]));
+    assert_eq!(kept(ColumnRef::Number(1)), columns([2, 0, 0]));
+}
+
+#[test]
+fn a_line_too_long_behind_a_stamp_is_told_with_its_number() {
+    let text = format!("12:33:01 -> 0,1.5\n12:33:01 -> 1,1.5\n12:33:02 -> {}\n", "1".repeat(LINE_BYTES_MAX));
+    let raw = RawFile::of_bytes("r.log", text.as_bytes());
+    let options = Options { format: Some(Format::Serial), ..Options::default() };
+    let error = read(&raw, &options, Keep::All).unwrap_err();
+    assert!(matches!(error, IngestError::Unusable { .. }) && error.to_string().contains("r.log:3"), "{error}");
 }
 
 #[test]

@@ -191,6 +191,9 @@ impl<'a> Lines<'a> {
             }
         };
         let start = self.at;
+        if end.is_some_and(|end| end - start > LINE_BYTES_MAX) {
+            return Err(self.too_long());
+        }
         self.number += 1;
         self.searched = 0;
         let Some(end) = end else {
@@ -198,9 +201,6 @@ impl<'a> Lines<'a> {
             let bytes = &self.buffer[start..];
             return Ok((!bytes.is_empty()).then_some(Line { bytes, number: self.number, is_ended: false }));
         };
-        if end - start > LINE_BYTES_MAX {
-            return Err(self.too_long());
-        }
         self.at = match self.buffer.get(end..) {
             Some([b'\r', b'\r', b'\n', ..]) => end + 3,
             Some([b'\r', b'\n', ..]) => end + 2,

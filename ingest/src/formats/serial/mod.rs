@@ -1,21 +1,21 @@
 //! What a microcontroller wrote to a serial port and a terminal kept: an STM32's or Arduino's log.
 //!
-//! Lines of keys and values (`t=123 p=101.3 flex=2.31kPa`) are read here, in any order of keys, and so are delimited lines that a
-//! terminal stamped (`12:33:01.123 -> 1,2,3`) or whose header lost its line end (`time,p,flex0.00,1.2,3`). Delimited lines without
-//! these are left to [`csv`](super::csv), which takes boot messages, noise, repeated headers and trailers among them as they come.
+//! Lines of keys and values (`t=123 p=101.3 flex=2.31kPa`) are read here, in any order of keys, and so are the stamps of a terminal
+//! before delimited lines (`12:33:01.123 -> 1,2,3`). Delimited lines themselves are left to [`csv`](super::csv), which takes boot
+//! messages, noise, a header without its line end, repeated headers and trailers among them as they come.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `prefix.rs` | what the terminal wrote before a line |
 //! | `pairs.rs` | a line of keys and values |
 //! | `keyed.rs` | a log of such lines |
-//! | `rows.rs` | delimited lines behind stamps or a glued header |
+//! | `stamped.rs` | delimited lines behind stamps |
 //! | `write.rs` | the writer |
 
 mod keyed;
 mod pairs;
 mod prefix;
-mod rows;
+mod stamped;
 mod write;
 
 use super::lines::head_lines;
@@ -33,7 +33,7 @@ pub use write::{WriteOptions, write};
 /// a terminal.
 pub fn looks_like(head: &[u8], is_whole: bool) -> bool {
     let lines = head_lines(head, is_whole);
-    keyed::looks_like(&lines) || rows::is_stamped(&lines)
+    keyed::looks_like(&lines) || stamped::is_stamped(&lines)
 }
 
 /// Reads a serial log as a recording of one table. Where a terminal stamped the lines, the column `terminal_time` holds its stamps
@@ -47,8 +47,8 @@ pub fn read(raw: &RawFile, keep: Keep) -> Result<Recording, IngestError> {
     if keyed::looks_like(&lines) {
         return keyed::read(raw, keep);
     }
-    if rows::is_stamped(&lines) {
-        return rows::read(raw, &bytes, is_whole, keep);
+    if stamped::is_stamped(&lines) {
+        return stamped::read(raw, keep);
     }
     // Asked for, but the first lines show neither: keys may begin later, and what else there is, is delimited text.
     match keyed::read(raw, keep) {
