@@ -94,7 +94,9 @@ fn save(target: &str, name: &str, bytes: &[u8]) -> std::io::Result<()> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let compressions = [("none", Compression::None), ("lz4", Compression::Lz4), ("zstd", Compression::Zstd)];
-    for (encoding_name, encoding) in [("cdr", Encoding::Cdr), ("json", Encoding::Json), ("protobuf", Encoding::Protobuf)] {
+    for (encoding_name, encoding) in
+        [("cdr", Encoding::Cdr), ("json", Encoding::Json), ("protobuf", Encoding::Protobuf)]
+    {
         for (compression_name, compression) in compressions {
             let name = format!("{encoding_name}-{compression_name}.mcap");
             save("mcap", &name, &without_checksums(bag(encoding, compression, false)?))?;
@@ -132,7 +134,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     save("messages", "number", &messages(b'c', &[b"float64 x", &number, &number]))?;
     let sequence = [0, 0, 0, 0, 0, 0, 0, 2, 0, 1, 0, 2];
     save("messages", "sequence", &messages(b'c', &[b"int16[] x\n", &sequence, &sequence[..8]]))?;
-    let json = br#"{"header":{"stamp":{"sec":17,"nanosec":5}},"p":{"v":1.5e3,"ok":true},"a":[1,[2,null]],"who":"x\u00e9"}"#;
+    let json =
+        br#"{"header":{"stamp":{"sec":17,"nanosec":5}},"p":{"v":1.5e3,"ok":true},"a":[1,[2,null]],"who":"x\u00e9"}"#;
     save("messages", "json", &messages(b'j', &[b"{}", json, br#"{"p":{"v":"nan"}}"#, b"[1]"]))?;
     // A set of one file: `message T { double x = 1; repeated int32 n = 2; T t = 3; string s = 4; }` of package `pkg`.
     let field = |name: u8, number: u8, label: u8, kind: u8, rest: &[u8]| {
