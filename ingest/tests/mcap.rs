@@ -243,6 +243,27 @@ fn only_what_is_asked_for_is_kept() {
     assert_eq!(numbers(&only.tables[0], "wrench.force.z"), numbers(&all.tables[0], "wrench.force.z"));
 }
 
+#[test]
+fn texts_are_looked_at_alike_whether_they_are_kept_or_not() {
+    let mut recorder = Recorder::plain();
+    let json = recorder.channel("/j", ("", "", b""), "json");
+    for message in [r#"{"s":"idle","n":1}"#, r#"{"s":2,"n":2}"#, r#"{"s":"run","n":"x"}"#] {
+        recorder.send(json, 0, message.as_bytes());
+    }
+    let words = recorder.channel("/w", ("pkg/msg/T", "ros2msg", b"string w"), "cdr");
+    recorder.send(words, 0, b"\0\x01\0\0\x03\0\0\0a\xff\0");
+    recorder.send(words, 0, &[&b"\0\x01\0\0\x2d\x01\0\0"[..], &[b'a'; 300], b"\0"].concat());
+    let bytes = recorder.bytes();
+    let raw = RawFile::of_bytes("r.mcap", &bytes);
+    let (all, nothing) = (read(&raw, Keep::All).unwrap(), read(&raw, Keep::Nothing).unwrap());
+    let (mixed, length, encoding) = (FindingKind::NonNumericCell, FindingKind::NotExpanded, FindingKind::Encoding);
+    let found = told(&all.findings);
+    assert!(found.contains(&(mixed, Severity::Excluded, 2)), "{found:?}");
+    assert!(found.contains(&(encoding, Severity::Note, 1)), "{found:?}");
+    assert!(found.iter().any(|(kind, _, count)| (*kind, *count) == (length, 1)), "{found:?}");
+    assert_eq!(all.findings, nothing.findings);
+}
+
 const EVERYTHING: &str = "int8 CONSTANT=5\nbool b\nint8 i8\nuint16 u16\nint32 i32\nuint64 u64\nfloat32 f32\nfloat64 f64\n\
 string<=9 word\npkg/Inner inner\npkg/Nothing nothing\nfloat64[2] pair\nint16[] some\npkg/Inner[<=4] more\nstring[] words\nuint8 last\n\
 ================================================================================\nMSG: pkg/Inner\nint16 a\nfloat64 x\n\

@@ -46,6 +46,8 @@ impl Budget {
 pub(super) enum Slot {
     Number(usize),
     Text(usize),
+    /// A text that is looked at and not kept.
+    Words,
     /// Not asked for, or beyond a limit.
     None,
 }
@@ -203,7 +205,7 @@ impl Columns {
         self.at = 0;
     }
 
-    /// The slot of a column of text, made if there is none of that name; only those that are kept are decoded.
+    /// The slot of a column of text, made if there is none of that name.
     pub fn text(&mut self, name: &str, keep: Keep, budget: &mut Budget) -> Slot {
         if let Some(slot) = self.by_name.get(name) {
             return *slot;
@@ -217,8 +219,10 @@ impl Columns {
             self.texts.push(Texts { cells: vec![String::new(); self.rows], next: String::new() });
             budget.padding = budget.padding.saturating_sub(self.rows);
             Slot::Text(self.texts.len() - 1)
-        } else {
+        } else if matches!(keep, Keep::Only(_)) {
             Slot::None
+        } else {
+            Slot::Words
         };
         self.add(asked, name, None, slot)
     }
@@ -280,26 +284,31 @@ impl Columns {
                     *cell = value;
                 }
             }
-            Slot::Text(_) => self.mixed += 1,
+            Slot::Text(_) | Slot::Words => self.mixed += 1,
             Slot::None => {}
         }
     }
 
     /// Puts a text into its cell.
     pub fn put_text(&mut self, slot: Slot, text: &[u8]) {
-        let Slot::Text(slot) = slot else {
-            self.mixed += usize::from(slot != Slot::None);
-            return;
+        let cell = match slot {
+            Slot::Text(slot) => self.texts.get_mut(slot),
+            Slot::Words => None,
+            Slot::Number(_) => {
+                self.mixed += 1;
+                return;
+            }
+            Slot::None => return,
         };
-        let Some(cell) = self.texts.get_mut(slot) else { return };
-        cell.next.clear();
-        if text.len() > TEXT_BYTES_MAX {
-            self.long_texts += 1;
-            return;
+        let is_long = text.len() > TEXT_BYTES_MAX;
+        self.long_texts += usize::from(is_long);
+        self.bad_texts += usize::from(!is_long && std::str::from_utf8(text).is_err());
+        if let Some(cell) = cell {
+            cell.next.clear();
+            if !is_long {
+                cell.next.push_str(&String::from_utf8_lossy(text));
+            }
         }
-        let text = String::from_utf8_lossy(text);
-        self.bad_texts += usize::from(matches!(text, std::borrow::Cow::Owned(_)));
-        cell.next.push_str(&text);
     }
 
     /// After a message that cannot be decoded: nothing of it counts but its row and its times.
