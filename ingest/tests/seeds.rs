@@ -24,12 +24,12 @@ fn seeds(format: Format) -> Vec<(String, Recording)> {
 }
 
 #[test]
-fn every_seed_holds_samples() {
+fn every_seed_holds_a_sample() {
     for format in Format::ALL {
         let seeds = seeds(format);
         assert!(seeds.len() >= 2, "{}", format.id());
         for (name, seed) in seeds {
-            assert!(seed.tables.iter().any(|table| table.rows >= 2), "{name}: {:?}", seed.findings);
+            assert!(seed.tables.iter().any(|table| table.rows >= 1), "{name}: {:?}", seed.findings);
         }
     }
 }
