@@ -11,17 +11,49 @@ const QUOTED_MAX: usize = 3;
 /// Bytes kept of a quoted place: more than is ever shown.
 const QUOTED_BYTES: usize = 400;
 
+/// How often something odd was met, and the first times in words.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Firsts {
+    /// How often.
+    pub count: usize,
+    first: Vec<String>,
+}
+
+impl Firsts {
+    /// One more time, in words that are asked for only if they are quoted.
+    pub fn add(&mut self, words: impl FnOnce() -> String) {
+        self.count += 1;
+        if self.first.len() < QUOTED_MAX {
+            self.first.push(words());
+        }
+    }
+
+    /// `byte 9: no length; byte 40: no length; and 4 more`.
+    pub fn listed(&self) -> String {
+        let more = self.count - self.first.len();
+        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+        format!("{}{more}", self.first.join("; "))
+    }
+}
+
 /// Where something odd stands.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Places {
-    /// How often.
-    pub count: usize,
+    firsts: Firsts,
     spans: Vec<Span>,
-    /// Line and what stands there.
-    quoted: Vec<(usize, String)>,
 }
 
 impl Places {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.firsts.count
+    }
+
+    /// The first of them.
+    pub fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
     /// A place: the sample on it or the next one, the line, and the bytes to quote, which may be none.
     pub fn add(&mut self, row: usize, line: usize, quote: &[u8]) {
         self.add_said(row, line, || if quote.is_empty() { String::new() } else { quoted(quote) });
@@ -29,32 +61,29 @@ impl Places {
 
     /// A place and what is said of it.
     pub fn add_said(&mut self, row: usize, line: usize, what: impl FnOnce() -> String) {
-        self.count += 1;
+        self.add_worded(row, line, || match what().as_str() {
+            "" => format!("line {line}"),
+            what => format!("line {line}: {what}"),
+        });
+    }
+
+    /// A place in words of its own; `line` is 0 where the file has no lines.
+    pub fn add_worded(&mut self, row: usize, line: usize, words: impl FnOnce() -> String) {
         extend(&mut self.spans, Span { first_sample: row, last_sample: row, first_line: line, last_line: line });
-        if self.quoted.len() < QUOTED_MAX {
-            self.quoted.push((line, what()));
-        }
+        self.firsts.add(words);
     }
 
     /// `(line 5: `ERR`; line 9: `OVL`; and 4 more)`.
     pub fn listed(&self) -> String {
-        let mut places: Vec<String> = self
-            .quoted
-            .iter()
-            .map(|(line, quote)| match quote.as_str() {
-                "" => format!("line {line}"),
-                quote => format!("line {line}: {quote}"),
-            })
-            .collect();
-        if self.count > self.quoted.len() {
-            places.push(format!("and {} more", self.count - self.quoted.len()));
-        }
-        format!("({})", places.join("; "))
+        format!("({})", self.firsts.listed())
     }
 
     /// `1 line` or `7 lines`.
     pub fn counted(&self, one: &str, many: &str) -> String {
-        if self.count == 1 { format!("1 {one}") } else { format!("{} {many}", self.count) }
+        match self.count() {
+            1 => format!("1 {one}"),
+            count => format!("{count} {many}"),
+        }
     }
 
     /// The finding.
@@ -66,7 +95,7 @@ impl Places {
         channel: Option<&str>,
         text: String,
     ) -> Finding {
-        let Self { count, spans, .. } = self;
+        let Self { firsts: Firsts { count, .. }, spans } = self;
         Finding { kind, severity, file: file.to_owned(), channel: channel.map(str::to_owned), spans, count, text }
     }
 }
@@ -98,7 +127,7 @@ pub(crate) fn line_finding(kind: FindingKind, places: Places, file: &str, usual:
     let lines = places.counted("line", "lines");
     let (severity, text) = match kind {
         FindingKind::RaggedLine => {
-            let do_not = if places.count == 1 { "does" } else { "do" };
+            let do_not = if places.count() == 1 { "does" } else { "do" };
             let text = format!(
                 "{lines} {do_not} not hold {usual} cells {listed}; missing cells are holes, and a line with too many is one in every column"
             );
@@ -132,6 +161,27 @@ pub(crate) fn told(
     places.add(row, line, &[]);
     places.finding(kind, severity, file, None, text)
 }
+
+/// What is said of a last line that ends before its cells do; whether the last of them `is_cut` is not certain.
+pub(crate) fn cut_line(line: usize, held: usize, usual: usize, is_cut: bool) -> String {
+    let cell = if is_cut { "; the last of them may be cut and is a hole" } else { "" };
+    format!("the file ends within line {line}: {held} of {usual} cells are there{cell}; what followed is lost")
+}
+
+/// What is said of a last line that is whole but for its end.
+pub(crate) fn no_line_end(line: usize) -> String {
+    format!("line {line}, the last, has no line end: its last number may be cut, or nothing is missing")
+}
+
+/// What is said of a text behind which there are zero bytes.
+pub(crate) fn zero_bytes(count: u64) -> String {
+    format!(
+        "the file ends in {count} zero bytes, as after a power cut while it was written; what they stand for is lost"
+    )
+}
+
+/// What is said of a text that ends within a unit of UTF-16.
+pub(crate) const HALF_CHARACTER: &str = "the file ends within a character; what followed is lost";
 
 /// Places by kind.
 pub(crate) type ByKind = BTreeMap<FindingKind, Places>;

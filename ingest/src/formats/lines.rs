@@ -7,7 +7,7 @@ use std::io::Read;
 
 use crate::IngestError;
 use crate::error::Place;
-use crate::finding::places::Places;
+use crate::finding::places::{HALF_CHARACTER, told, zero_bytes};
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::limits::LINE_BYTES_MAX;
 use crate::raw::RawFile;
@@ -251,19 +251,14 @@ impl<'a> Lines<'a> {
     pub fn end_findings(&self, lines: &LineMap) -> Vec<Finding> {
         let mut findings = Vec::new();
         let mut tell = |text: String| {
-            let mut places = Places::default();
-            let last = lines.rows().saturating_sub(1);
-            places.add(lines.rows(), lines.line_of(last), &[]);
-            findings.push(places.finding(FindingKind::Truncated, Severity::Lost, self.raw.name(), None, text));
+            let line = lines.line_of(lines.rows().saturating_sub(1));
+            findings.push(told(FindingKind::Truncated, Severity::Lost, self.raw.name(), lines.rows(), line, text));
         };
         if self.zeros > 0 {
-            tell(format!(
-                "the file ends in {} zero bytes, as after a power cut while it was written; what they stand for is lost",
-                self.zeros
-            ));
+            tell(zero_bytes(self.zeros as u64));
         }
         if self.decoder.half.is_some() {
-            tell("the file ends within a character; what followed is lost".to_owned());
+            tell(HALF_CHARACTER.to_owned());
         }
         findings
     }

@@ -4,7 +4,7 @@ use super::csv::{CellKind, Decimal, cell_kind};
 use super::lines::{Line, trim};
 use crate::IngestError;
 use crate::error::Place;
-use crate::finding::places::{ByKind, as_text, cell_finding, line_finding, told};
+use crate::finding::places::{ByKind, as_text, cell_finding, cut_line, line_finding, no_line_end, told};
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::limits::{LOG_CELLS_MAX, LOG_COLUMNS_MAX};
 use crate::recording::{Builder, Cells, ClockUnit, Column, Keep, Table};
@@ -67,16 +67,11 @@ impl OddLines {
             if is_cut {
                 cells.pop();
             }
-            let cell = if is_cut { "; the last of them may be cut and is a hole" } else { "" };
-            let text = format!(
-                "the file ends within line {number}: {held} of {usual} cells are there{cell}; what followed is lost"
-            );
+            let text = cut_line(number, held, usual, is_cut);
             self.told.push(told(FindingKind::Truncated, Severity::Lost, file, row, number, text));
             return !cells.is_empty();
         } else if !line.is_ended {
-            let text =
-                format!("line {number}, the last, has no line end: its last number may be cut, or nothing is missing");
-            self.told.push(told(FindingKind::NoLineEnd, Severity::Note, file, row, number, text));
+            self.told.push(told(FindingKind::NoLineEnd, Severity::Note, file, row, number, no_line_end(number)));
         }
         true
     }

@@ -11,7 +11,7 @@
 //! | `numbers.rs` | decimal numbers, correctly rounded |
 //! | `sniff/` | the layout, from the first lines |
 //! | `rows.rs` | the pass over the data, fast where lines are plain |
-//! | `tally.rs` | findings while reading, and their sentences |
+//! | `tally.rs` | what is odd, while reading |
 //! | `write.rs` | the writer |
 
 mod cells;
@@ -28,6 +28,7 @@ mod write;
 use std::collections::{HashMap, HashSet};
 
 use crate::error::{IngestError, Place, shown};
+use crate::finding::places::{HALF_CHARACTER, zero_bytes};
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::limits::LOG_BYTES_MAX;
 use crate::raw::RawFile;
@@ -229,15 +230,10 @@ fn tell_file(
         tally.encoding(file, bad.count, &bad.first, lines, sentence);
     }
     if ending.zeros > 0 {
-        let sentence = format!(
-            "the file ends in {} zero bytes, as after a power cut while it was written; what they stand for is lost",
-            ending.zeros
-        );
-        tally.tell(file, FindingKind::Truncated, Severity::Lost, &end, sentence);
+        tally.tell(file, FindingKind::Truncated, Severity::Lost, &end, zero_bytes(ending.zeros));
     }
     if ending.half_unit {
-        let sentence = "the file ends within a character; what followed is lost".to_owned();
-        tally.tell(file, FindingKind::Truncated, Severity::Lost, &end, sentence);
+        tally.tell(file, FindingKind::Truncated, Severity::Lost, &end, HALF_CHARACTER.to_owned());
     }
 }
 

@@ -4,10 +4,11 @@ use super::cells::{Facts, Kind, facts, filled, kind};
 use super::numbers;
 use super::sniff::{Found, check_line};
 use super::source::{BadLines, Ending, Source, Window};
-use super::tally::{Tally, quoted};
-use super::text::{Cell, Record, after_line_end, check_utf8, split, to_text, trim};
+use super::tally::Tally;
+use super::text::{Cell, Record, after_line_end, as_text, check_utf8, split, trim};
 use super::unusable;
 use crate::IngestError;
+use crate::finding::places::{cut_line, no_line_end, quoted};
 use crate::finding::{FindingKind, LineMap, Severity};
 use crate::limits::{LINE_BYTES_MAX, LOG_CELLS_MAX};
 use crate::raw::RawFile;
@@ -190,7 +191,7 @@ fn head(source: &mut Source, found: &Found, bad: &mut BadLines) -> Result<Vec<St
         check_utf8(text, line, bad);
         metadata_bytes += text.len();
         if line <= found.metadata_lines && metadata.len() < METADATA_LINES_MAX && metadata_bytes <= METADATA_BYTES_MAX {
-            metadata.push(to_text(text));
+            metadata.push(as_text(text));
         }
         source.consume(next.min(rest));
         line += 1;
@@ -382,19 +383,13 @@ impl Reader<'_> {
                 let cut = raw.last() != Some(&layout.delimiter);
                 let kept = if cut { held.saturating_sub(1) } else { held };
                 cells.truncate(kept);
-                let cell = if cut { "; the last of them may be cut and is a hole" } else { "" };
-                let text = format!(
-                    "the file ends within line {line}: {held} of {} cells are there{cell}; what followed is lost",
-                    self.usual
-                );
+                let text = cut_line(line, held, self.usual, cut);
                 self.tally.tell(self.task.raw.name(), FindingKind::Truncated, Severity::Lost, &[(row, line)], text);
                 if kept == 0 {
                     return;
                 }
             } else {
-                let text = format!(
-                    "line {line}, the last, has no line end: its last number may be cut, or nothing is missing"
-                );
+                let text = no_line_end(line);
                 self.tally.tell(self.task.raw.name(), FindingKind::NoLineEnd, Severity::Note, &[(row, line)], text);
             }
         } else if held != self.usual && held != layout.columns {

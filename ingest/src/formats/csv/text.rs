@@ -1,15 +1,9 @@
 //! Text to lines and cells: line ends, quotes.
 
 use super::source::{BadLines, Window};
+pub(super) use crate::finding::places::as_text;
+pub(super) use crate::formats::lines::trim;
 use crate::limits::LINE_BYTES_MAX;
-
-/// Bytes as text: UTF-8, or else Latin-1, in which every byte is a character.
-pub(super) fn to_text(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),
-    }
-}
 
 /// Where the line ends that goes on at `from`: at a line feed, a carriage return or the end of the text.
 pub(super) fn line_end(bytes: &[u8], from: usize) -> usize {
@@ -28,14 +22,6 @@ pub(super) fn after_line_end(bytes: &[u8], end: usize) -> usize {
     }
 }
 
-/// Without blanks at both ends.
-pub(super) fn trim(mut bytes: &[u8]) -> &[u8] {
-    while let [b' ' | b'\t', rest @ ..] | [rest @ .., b' ' | b'\t'] = bytes {
-        bytes = rest;
-    }
-    bytes
-}
-
 /// A cell between its delimiters, blanks and quotes taken off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Cell {
@@ -51,7 +37,7 @@ impl Cell {
 
     /// The text, with doubled quotes made single.
     pub fn text(&self, bytes: &[u8]) -> String {
-        let text = to_text(self.of(bytes));
+        let text = as_text(self.of(bytes));
         if self.quoted { text.replace("\"\"", "\"") } else { text }
     }
 }
@@ -233,7 +219,7 @@ mod tests {
         let (mut at, mut lines) = (0, Vec::new());
         while at < text.len() {
             let end = line_end(text, at);
-            lines.push(to_text(&text[at..end]));
+            lines.push(as_text(&text[at..end]));
             at = after_line_end(text, end);
         }
         assert_eq!(lines, ["a", "b", "c", "d", "e", "", "f"]);

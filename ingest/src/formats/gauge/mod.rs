@@ -365,12 +365,12 @@ impl<'a> Log<'a> {
             }
         }
         findings.extend(end);
-        if self.peaks.count > 0 {
+        if self.peaks.count() > 0 {
             let what = self.peaks.counted("value is marked as a peak", "values are marked as peaks");
             let text = format!("{what} {}: column `peak` holds 1 there", self.peaks.listed());
             findings.push(self.peaks.finding(FindingKind::PeakMark, Severity::Note, file, None, text));
         }
-        if self.letters.count > 0 {
+        if self.letters.count() > 0 {
             let what = self.letters.counted("line says", "lines say");
             let text = format!(
                 "{what} by a letter whether the force is tension or compression {}: column `tension` holds 1 or 0, values stand as printed",

@@ -9,7 +9,7 @@ use super::chunk::{Inflate, Overrun, Records};
 use super::columns::Budget;
 use super::fields;
 use super::scan::{End, Framed, Scan, Seen, Step};
-use super::tell::{self, Broken, Tell, rfc3339};
+use super::tell::{self, Broken, Tell};
 use super::topic::{Origin, Schema, Topic};
 use crate::IngestError;
 use crate::error::{Place, shown};
@@ -458,7 +458,7 @@ impl<'k> Bag<'k> {
             self.reasons.extend(why);
             tables.push(table);
         }
-        let origin = self.origin.map(|origin| rfc3339(origin.ns / 1_000_000_000));
+        let origin = self.origin.map(Origin::date);
         let Self { findings, reasons, metadata, .. } = Self { topics: vec![], ..self };
         Ok(Recording { format: "MCAP", tables, findings, reasons, metadata, origin })
     }

@@ -3,6 +3,7 @@
 use super::scan::{End, How};
 use super::topic::{Origin, Topic};
 use crate::error::shown;
+use crate::finding::places::Firsts;
 use crate::finding::{Finding, FindingKind, SPANS_MAX, Severity};
 
 /// Places named in a sentence.
@@ -19,28 +20,6 @@ pub(super) struct Broken {
     pub messages: Option<u64>,
 }
 
-/// Places of one kind: all counted, the first with their sentence.
-#[derive(Debug, Default)]
-struct Places {
-    count: usize,
-    first: Vec<String>,
-}
-
-impl Places {
-    fn add(&mut self, what: impl FnOnce() -> String) {
-        self.count += 1;
-        if self.first.len() < NAMED_MAX {
-            self.first.push(what());
-        }
-    }
-
-    fn listed(&self) -> String {
-        let more = self.count - self.first.len();
-        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-        format!("{}{more}", self.first.join("; "))
-    }
-}
-
 /// What was odd about one file.
 #[derive(Debug, Default)]
 pub(super) struct Tell {
@@ -49,11 +28,11 @@ pub(super) struct Tell {
     more_broken: usize,
     /// Messages known to be lost with chunks.
     pub messages_lost: u64,
-    records: Places,
+    records: Firsts,
     /// Records of kinds that the format may have later.
-    unknown: Places,
-    orphans: Places,
-    conflicts: Places,
+    unknown: Firsts,
+    orphans: Firsts,
+    conflicts: Firsts,
     /// Messages of a channel that was defined anew otherwise.
     pub after_conflict: usize,
     loose: u64,
@@ -70,7 +49,7 @@ pub(super) fn messages(count: u64) -> String {
 fn time(ns: u64, origin: Option<Origin>) -> String {
     match origin {
         Some(origin) => format!("{:.3} s", origin.since(ns)),
-        None => rfc3339(ns / 1_000_000_000),
+        None => Origin::of(ns).date(),
     }
 }
 
@@ -251,14 +230,11 @@ pub(super) fn topic(file: &str, topic: &Topic) -> Vec<Finding> {
             format!("topic {name}: {why}; {} stay in the file, only their times are read", messages(rows as u64));
         tell(FindingKind::UnreadTopic, Severity::Note, rows, vec![], text);
     }
-    if topic.bads.count > 0 {
-        let first: Vec<String> =
-            topic.bads.first.iter().map(|(row, bad)| format!("sample {row} {}", bad.sentence())).collect();
-        let more = topic.bads.count - first.len();
-        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-        let count = messages(topic.bads.count as u64);
-        let text = format!("topic {name}: {count} cannot be decoded ({}{more}); left as holes", first.join("; "));
-        tell(FindingKind::UnreadMessage, Severity::Excluded, topic.bads.count, topic.bads.spans.clone(), text);
+    if topic.bads.count() > 0 {
+        let count = messages(topic.bads.count() as u64);
+        let text = format!("topic {name}: {count} cannot be decoded {}; left as holes", topic.bads.listed());
+        let spans = topic.bads.spans().to_vec();
+        tell(FindingKind::UnreadMessage, Severity::Excluded, topic.bads.count(), spans, text);
     }
     if topic.trailing > 0 {
         let text = format!(
@@ -304,41 +280,4 @@ pub(super) fn topic(file: &str, topic: &Topic) -> Vec<Finding> {
         tell(FindingKind::NonNumericCell, Severity::Excluded, count, vec![], text);
     }
     findings
-}
-
-/// An instant to the second, by the proleptic Gregorian calendar.
-pub(super) fn rfc3339(seconds: u64) -> String {
-    let (days, second) = (seconds / 86_400, seconds % 86_400);
-    // Days from 0000-03-01, so that the day that comes and goes is the last of its year; 400 years have 146097 days.
-    let day = days + 719_468;
-    let (era, of_era) = (day / 146_097, day % 146_097);
-    let year_of_era = (of_era - of_era / 1_460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let march = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * march + 2) / 5 + 1;
-    let month = if march < 10 { march + 3 } else { march - 9 };
-    let year = era * 400 + year_of_era + u64::from(month <= 2);
-    let (hour, minute, second) = (second / 3_600, second / 60 % 60, second % 60);
-    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rfc3339;
-
-    #[test]
-    fn days_have_dates() {
-        // As `date -u -d @N --iso-8601=seconds` prints them.
-        for (seconds, date) in [
-            (0, "1970-01-01T00:00:00Z"),
-            (951_782_399, "2000-02-28T23:59:59Z"),
-            (951_782_400, "2000-02-29T00:00:00Z"),
-            (951_868_800, "2000-03-01T00:00:00Z"),
-            (1_700_000_000, "2023-11-14T22:13:20Z"),
-            (4_107_542_400, "2100-03-01T00:00:00Z"),
-            (18_446_744_073, "2554-07-21T23:34:33Z"),
-        ] {
-            assert_eq!(rfc3339(seconds), date);
-        }
-    }
 }

@@ -7,7 +7,8 @@ use super::columns::{Budget, Columns};
 use super::fields::MessageHead;
 use super::plan::Plan;
 use super::{json, protobuf};
-use crate::finding::{Span, extend};
+use crate::finding::places::Places;
+use crate::formats::stamps::rfc3339_second;
 use crate::recording::Keep;
 
 /// A message definition.
@@ -34,6 +35,11 @@ impl Origin {
         (self.ns / 1_000_000_000).cast_signed()
     }
 
+    /// As a date.
+    pub fn date(self) -> String {
+        rfc3339_second(self.seconds(), true)
+    }
+
     /// An instant in s: the difference is taken between whole nanoseconds.
     #[inline]
     pub fn since(self, ns: u64) -> f64 {
@@ -52,14 +58,6 @@ enum Decoder {
     None(String),
 }
 
-/// Messages that cannot be decoded.
-#[derive(Debug, Default)]
-pub(super) struct Bads {
-    pub count: usize,
-    pub spans: Vec<Span>,
-    pub first: Vec<(usize, Bad)>,
-}
-
 #[derive(Debug)]
 pub(super) struct Topic {
     pub name: String,
@@ -67,7 +65,8 @@ pub(super) struct Topic {
     pub encoding: String,
     pub columns: Columns,
     pub frames: Frames,
-    pub bads: Bads,
+    /// Messages that cannot be decoded.
+    pub bads: Places,
     /// Messages with bytes behind their last field.
     pub trailing: usize,
     decoder: Decoder,
@@ -84,7 +83,7 @@ impl Topic {
         budget: &mut Budget,
     ) -> Option<Self> {
         let columns = Columns::new(&name, keep, budget)?;
-        let (frames, bads, path) = (Frames::default(), Bads::default(), String::new());
+        let (frames, bads, path) = (Frames::default(), Places::default(), String::new());
         Some(Self { name, schema, encoding, columns, frames, bads, trailing: 0, decoder: Decoder::Open, path })
     }
 
@@ -113,11 +112,7 @@ impl Topic {
     fn bad(&mut self, bad: Bad) {
         self.columns.spoil();
         let row = self.columns.rows();
-        self.bads.count += 1;
-        extend(&mut self.bads.spans, Span { first_sample: row, last_sample: row, first_line: 0, last_line: 0 });
-        if self.bads.first.len() < 3 {
-            self.bads.first.push((row, bad));
-        }
+        self.bads.add_worded(row, 0, || format!("sample {row} {}", bad.sentence()));
     }
 
     /// Finds out how its messages are decoded; also for a topic without any, whose columns are known all the same.

@@ -382,7 +382,7 @@ impl Reading<'_> {
         }
         findings.extend(end);
         let mut tell = |places: Places, kind, severity, one: &str, many: &str, behind: &str| {
-            if places.count > 0 {
+            if places.count() > 0 {
                 let text = format!("{} {}{behind}", places.counted(one, many), places.listed());
                 findings.push(places.finding(kind, severity, file, None, text));
             }

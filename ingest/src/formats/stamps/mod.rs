@@ -166,11 +166,16 @@ fn of_stamps(cells: &[(Option<Stamp>, bool)], origin_ns: Option<i128>) -> Option
     Some(Stamps { seconds: out, origin, wraps, is_date_open, odd, reason: what })
 }
 
-/// A second since 1970 in RFC 3339, as UTC or as a clock whose zone is not stated.
+/// As [`rfc3339_second`], of a time in s.
 pub(crate) fn utc_second(seconds: f64, is_utc: bool) -> String {
     // Dates end long before the numbers do.
     #[expect(clippy::cast_possible_truncation)]
     let seconds = seconds as i64;
+    rfc3339_second(seconds, is_utc)
+}
+
+/// A second since 1970 in RFC 3339, as UTC or as a clock whose zone is not stated.
+pub(crate) fn rfc3339_second(seconds: i64, is_utc: bool) -> String {
     rfc3339(i128::from(seconds) * i128::from(NANOS_PER_SECOND), is_utc.then_some(0))
 }
 
@@ -289,7 +294,7 @@ fn take(
         findings.push(ambiguous(file, table, column, text));
     }
     for (kind, places) in [(FindingKind::NonNumericCell, odd), (FindingKind::EmptyCell, empty)] {
-        if places.count > 0 {
+        if places.count() > 0 {
             findings.push(cell_finding(kind, places, file, &channel));
         }
     }
@@ -310,7 +315,7 @@ pub(crate) fn wrap_finding(file: &str, channel: &str, wraps: &[usize], lines: &L
     let times = places.counted("time", "times");
     let mut text = format!("column {}: the time of day begins anew {times} ", shown(channel));
     let _ = write!(text, "{}; a day is added from there on", places.listed());
-    (places.count > 0).then(|| places.finding(FindingKind::ClockWrap, Severity::Note, file, Some(channel), text))
+    (places.count() > 0).then(|| places.finding(FindingKind::ClockWrap, Severity::Note, file, Some(channel), text))
 }
 
 #[cfg(test)]
@@ -319,6 +324,22 @@ mod tests {
 
     fn column(cells: &[&str]) -> Option<Stamps> {
         parse(&cells.iter().map(|c| (*c).to_owned()).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn days_have_dates() {
+        // As `date -u -d @N --iso-8601=seconds` prints them.
+        for (seconds, date) in [
+            (0, "1970-01-01T00:00:00Z"),
+            (951_782_399, "2000-02-28T23:59:59Z"),
+            (951_782_400, "2000-02-29T00:00:00Z"),
+            (951_868_800, "2000-03-01T00:00:00Z"),
+            (1_700_000_000, "2023-11-14T22:13:20Z"),
+            (4_107_542_400, "2100-03-01T00:00:00Z"),
+            (18_446_744_073, "2554-07-21T23:34:33Z"),
+        ] {
+            assert_eq!(rfc3339_second(seconds, true), date);
+        }
     }
 
     #[test]

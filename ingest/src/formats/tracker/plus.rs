@@ -281,7 +281,7 @@ impl<'a> Reading<'a> {
             findings.push(told(FindingKind::HeaderMismatch, severity, file, rows, line, text));
         }
         let mut tell = |places: Places, kind, severity, text: &dyn Fn(&Places) -> String| {
-            if places.count > 0 {
+            if places.count() > 0 {
                 let text = text(&places);
                 findings.push(places.finding(kind, severity, file, None, text));
             }

@@ -373,7 +373,7 @@ impl Tracked<'_> {
         }
         let mut findings = Vec::new();
         for (field, _, places) in angles {
-            if places.count > 0 {
+            if places.count() > 0 {
                 let channel = channel(field);
                 let jumps = places.counted("jump", "jumps");
                 let listed = places.listed();

@@ -3,7 +3,7 @@
 use super::super::cells::{Kind, WRONG_VALUE, filled, kind};
 use super::super::numbers::{self, Decimal};
 use super::super::source::Window;
-use super::super::text::{Cell, split, to_text, trim};
+use super::super::text::{Cell, as_text, split, trim};
 use super::super::{Header, unusable};
 use super::candidate::{Candidate, Line};
 use super::{CommentRule, CsvOptions, Found, Layout, Sample};
@@ -321,8 +321,8 @@ fn glue(
     };
     let ends_name = !matches!(cell[at - 1], b'0'..=b'9' | b'+' | b'-' | b'.' | b',');
     let is_certain = ends_name && (digits == 1 || digits == next.0) && ascends;
-    let name = is_certain.then(|| to_text(&cell[..at]));
-    let glued = Glued { line: line.line, cell: to_text(cell), name };
+    let name = is_certain.then(|| as_text(&cell[..at]));
+    let glued = Glued { line: line.line, cell: as_text(cell), name };
     Some((glued, last.start + at))
 }
 
@@ -334,7 +334,7 @@ fn whole_digits(number: &[u8]) -> usize {
 
 /// Words that are at least two blanks, or a tab, apart.
 fn parted_by_two_blanks(line: &[u8]) -> Vec<String> {
-    let text = to_text(line).replace('\t', "  ");
+    let text = as_text(line).replace('\t', "  ");
     text.split("  ").map(str::trim).filter(|word| !word.is_empty()).map(str::to_owned).collect()
 }
 

@@ -13,7 +13,7 @@ mod header;
 
 use super::numbers::Decimal;
 use super::source::{CHUNK, Encoding, Source, Window};
-use super::text::{LOOKAHEAD, Record, line_ends, to_text, trim};
+use super::text::{LOOKAHEAD, Record, as_text, line_ends, trim};
 use super::{CsvOptions, unusable};
 use crate::IngestError;
 use crate::error::shown;
@@ -206,7 +206,7 @@ fn no_table(file: &str, window: Window, skipped: usize, begin: usize, end: usize
         None if skipped > 0 => format!("nothing but blank lines{looked_at} behind the {skipped} that are skipped"),
         None => format!("nothing but blank lines{looked_at}"),
         Some(line) if line.contains(&0) => "zero bytes, as in a file that is not text".to_owned(),
-        Some(line) => format!("no line of numbers{looked_at}; the first line is {}", shown(&to_text(line))),
+        Some(line) => format!("no line of numbers{looked_at}; the first line is {}", shown(&as_text(line))),
     };
     let next = "is this the file you meant? Delimiter, decimal sign and skipped lines can be said";
     unusable(file, None, "a table of numbers", found, next)
