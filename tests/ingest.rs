@@ -230,6 +230,6 @@ fn mistakes_are_told_before_anything_is_written() {
     fs::write(folder.path().join("session.toml"), SESSION.replace("column = \"F\"", "column = \"G\"")).unwrap();
     let said = pneuval(folder.path(), &["ingest", "."]);
     assert_eq!(said.code, 2, "{}", said.err);
-    assert!(said.err.contains("use one of: t, p, F"), "{}", said.err);
+    assert!(said.err.contains("a column of the log: t, p, F"), "{}", said.err);
     assert!(!folder.path().join(".pneuval").exists());
 }

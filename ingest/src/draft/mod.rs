@@ -154,7 +154,7 @@ fn write_channels(out: &mut String, pressure: &Part, parts: &[Part], guesses: &m
         }
         None => {
             *out += "unit = \"kPa\"  # GUESS: the log does not say\n";
-            guesses.push(format!("{} is taken to be in kPa", pressure.column.name));
+            guesses.push(format!("{} is taken to be in kPa", pressure.full_name()));
         }
     }
     *out += "reference = \"gauge\"  # GUESS: or \"absolute\", with `atmosphere` in every run\n";
@@ -168,7 +168,7 @@ fn write_channels(out: &mut String, pressure: &Part, parts: &[Part], guesses: &m
             }
         } else {
             *out += "unit = \"1\"  # GUESS: the log does not say\n";
-            guesses.push(format!("{} is taken to be a plain number", part.column.name));
+            guesses.push(format!("{} is taken to be a plain number", part.full_name()));
         }
     }
 }
@@ -222,8 +222,12 @@ fn write_responses(out: &mut String, pressure: &Part, parts: &[Part], plateaus: 
     if let [first, ..] = elsewhere[..] {
         let _ = writeln!(
             out,
-            "# {} channels come from other topics than the pressure, {} for one, whose clocks are their own: they are stored and not\n# set against it.",
-            elsewhere.len(),
+            "# {} from other topics than the pressure, {} for one, whose clocks are their own: stored, and not\n# set against it.",
+            if elsewhere.len() == 1 {
+                "1 channel comes".to_owned()
+            } else {
+                format!("{} channels come", elsewhere.len())
+            },
             one_line(&first.table.name)
         );
     }

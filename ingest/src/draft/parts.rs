@@ -37,6 +37,11 @@ impl Part<'_> {
         }
     }
 
+    /// As the user is told of it.
+    pub fn full_name(&self) -> String {
+        one_line(&self.table.full_name(&self.column.name))
+    }
+
     /// A hundredth of the range, as two digits.
     pub fn tolerance(&self) -> String {
         let tolerance = 0.01 * (self.range.1 - self.range.0);
@@ -141,7 +146,7 @@ pub(super) fn take_clock<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<String
         .or_else(|| parts.iter().position(|p| p.unit.is_none() && p.is_named(&TIMES)))
         .or_else(|| parts.iter().position(|p| unnamed(p) && rises(p)))?;
     let part = parts.remove(i);
-    guesses.push(format!("{} is taken for the time", part.column.name));
+    guesses.push(format!("{} is taken for the time", part.full_name()));
     Some(part)
 }
 
@@ -155,7 +160,7 @@ pub(super) fn take_pressure<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<Str
         .or_else(|| parts.iter().position(|p| p.is_named(&PRESSURES)));
     let mut part = parts.remove(found.unwrap_or(0));
     if found.is_none() {
-        guesses.push(format!("{} is taken for the pressure: no column is named so", part.column.name));
+        guesses.push(format!("{} is taken for the pressure: no column is named so", part.full_name()));
     }
     "pressure".clone_into(&mut part.id);
     let mut taken: BTreeSet<String> = parts.iter().map(|other| other.id.clone()).chain([part.id.clone()]).collect();

@@ -72,6 +72,9 @@ impl Part {
     }
 }
 
+/// Names that a person reads through.
+const NAMES_MAX: usize = 40;
+
 /// The columns that the runs of a session ask for.
 pub(super) fn columns_asked(manifest: &SessionManifest) -> Vec<ColumnRef> {
     let mut columns: Vec<ColumnRef> = manifest.channels.iter().map(|channel| channel.column.clone()).collect();
@@ -136,16 +139,20 @@ impl<'a> Log<'a> {
             ColumnRef::Name(name) => {
                 let known: Vec<String> = tables.iter().flat_map(full_names).collect();
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                let expected = format!("a column of {}", self.file);
-                reader.malformed(line, &expected, &shown(name), self.next(name, &known))
+                let next = self.next(name, &known);
+                // The names stand in one place, if they can be read through at all.
+                let expected = if known.len() > NAMES_MAX || next.starts_with("use one of") {
+                    "a column of the log".to_owned()
+                } else {
+                    format!("a column of the log: {}", known.join(", "))
+                };
+                reader.malformed(line, &expected, &shown(name), next)
             }
         })
     }
 
     /// What to write instead of a column that is not there.
     fn next(&self, name: &str, known: &[&str]) -> String {
-        /// Names that a person reads through.
-        const NAMES_MAX: usize = 40;
         // A topic may be there while its messages are not understood: the reason is among the findings.
         let is_of = |finding: &&Finding| {
             let topic = finding.channel.as_deref().filter(|topic| !topic.is_empty());

@@ -123,8 +123,9 @@ fn words<'b>(part: &'b [u8], decimal: Decimal, out: &mut Reading<'b>) -> Option<
     while at < part.len() {
         // `-   0.039`: some gauges keep the sign at the left of the field.
         let is_sign = |at: usize| matches!(part.get(at), Some(b'+' | b'-')) && part.get(at + 1).is_some_and(is_blank);
-        let is_apart =
-            is_sign(at) && part.get(skip(at + 1)).is_some_and(|b| b.is_ascii_digit() || matches!(b, b'.' | b','));
+        let is_apart = out.items.is_empty()
+            && is_sign(at)
+            && part.get(skip(at + 1)).is_some_and(|b| b.is_ascii_digit() || matches!(b, b'.' | b','));
         let is_negative = is_apart && part.get(at) == Some(&b'-');
         if is_apart {
             at = skip(at + 1);
