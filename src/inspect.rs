@@ -175,7 +175,7 @@ fn table_text(table: &Table) -> String {
         let _ = write!(out, "{}", table.name);
         let _ = writeln!(out, "{}", table.schema.as_ref().map_or(String::new(), |schema| format!(" ({schema})")));
     }
-    let _ = write!(out, "  {} samples", table.rows);
+    let _ = write!(out, "  {} {}", table.rows, if table.rows == 1 { "sample" } else { "samples" });
     let time = table.time();
     if let Some((column, clock)) = time.and_then(|column| Some((column, column.clock.as_ref()?))) {
         let span = clock.span.map_or(String::new(), |(a, b)| format!(" over {:.3} s", b - a));
@@ -199,7 +199,11 @@ fn table_text(table: &Table) -> String {
 fn column_row(column: &Column, rows: usize) -> Vec<String> {
     let number = |value: Option<f64>| value.map_or("–".to_owned(), table::number);
     let Column { name, unit, summary, .. } = column;
-    let holes = if summary.samples == 0 && rows > 0 { "text".to_owned() } else { summary.holes.to_string() };
+    let holes = match (summary.samples, rows) {
+        (_, 0) => "–".to_owned(),
+        (0, _) => "text".to_owned(),
+        _ => summary.holes.to_string(),
+    };
     vec![
         format!("  {}", table::cut(name)),
         unit.clone().unwrap_or_else(|| "–".to_owned()),
