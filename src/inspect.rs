@@ -175,17 +175,19 @@ fn table_text(table: &Table) -> String {
         let _ = write!(out, "{}", table.name);
         let _ = writeln!(out, "{}", table.schema.as_ref().map_or(String::new(), |schema| format!(" ({schema})")));
     }
-    let _ = write!(out, "  {} samples", table.rows);
+    let _ = write!(out, "  {} {}", table.rows, if table.rows == 1 { "sample" } else { "samples" });
     let time = table.time();
     if let Some((column, clock)) = time.and_then(|column| Some((column, column.clock.as_ref()?))) {
-        let span = clock.span.map_or(String::new(), |(a, b)| format!(" over {:.3} s", b - a));
+        // A clock that began anew ends before it begins: a finding tells how.
+        let forward = clock.span.filter(|(first, last)| last >= first);
+        let span = forward.map_or(String::new(), |(a, b)| format!(" over {:.3} s", b - a));
         let rate = clock.rate_hz.map_or(String::new(), |rate| format!(", {}", table::hertz(rate)));
         let _ = write!(out, "{span}{rate} by {}", column.name);
     }
     out += "\n";
     let mut rows = table::plain(&["  column", "unit", "min", "max", "holes"], &[2, 3, 4]);
     for column in table.columns.iter().take(COLUMNS_SHOWN) {
-        rows.add_row(column_row(column));
+        rows.add_row(column_row(column, table.rows));
     }
     table::fit(&mut rows);
     out += &rows.trim_fmt();
@@ -196,10 +198,14 @@ fn table_text(table: &Table) -> String {
     out
 }
 
-fn column_row(column: &Column) -> Vec<String> {
+fn column_row(column: &Column, rows: usize) -> Vec<String> {
     let number = |value: Option<f64>| value.map_or("–".to_owned(), table::number);
     let Column { name, unit, summary, .. } = column;
-    let holes = if summary.samples == 0 { "text".to_owned() } else { summary.holes.to_string() };
+    let holes = match (summary.samples, rows) {
+        (_, 0) => "–".to_owned(),
+        (0, _) => "text".to_owned(),
+        _ => summary.holes.to_string(),
+    };
     vec![
         format!("  {}", table::cut(name)),
         unit.clone().unwrap_or_else(|| "–".to_owned()),

@@ -168,6 +168,56 @@ fn a_cut_file_is_3_one_without_numbers_beside_others_is_3_and_alone_4() {
 }
 
 #[test]
+fn tables_of_somebody_else_stay_where_they_are() {
+    let folder = sitting();
+    let store = folder.path().join("shared/monday");
+    fs::create_dir_all(&store).unwrap();
+    fs::write(store.join("theirs.parquet"), "theirs").unwrap();
+    for session in [SESSION.to_owned(), SESSION.replace("\n[[run]]\nfile = \"A.log\"\n", "")] {
+        fs::write(folder.path().join("session.toml"), session).unwrap();
+        assert_eq!(pneuval(folder.path(), &["ingest", ".", "--store", "shared"]).code, 3);
+        assert_eq!(fs::read(store.join("theirs.parquet")).unwrap(), b"theirs");
+    }
+    // What the run of before left is the store's own, and goes with the run.
+    let names: Vec<String> = files(&store).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["a.parquet", "session.json", "theirs.parquet"]);
+}
+
+/// What `inspect` suggests for a log, with what only the user knows.
+fn suggested(text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("log.txt"), text).unwrap();
+    let said = pneuval(folder.path(), &["inspect", "log.txt", "--json"]);
+    let told: Value = serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{error}: {}", said.err));
+    let block = told[0]["session"].as_str().unwrap().to_owned();
+    let session = format!("schema = 1\nid = \"monday\"\nactuator = \"internal-support\"\n{block}");
+    fs::write(folder.path().join("session.toml"), session).unwrap();
+    let (said, told) = ingested(folder.path());
+    assert_eq!(said.code, 0, "{block}\n{}", said.err);
+    let rate = told["record"]["files"][0]["runs"][0]["tables"][0]["rate_hz"].as_f64();
+    format!("{:.0} Hz {block}", rate.unwrap_or_else(|| panic!("{block}")))
+}
+
+#[test]
+fn the_suggested_clock_gives_the_rate_that_was_logged() {
+    let lines = |line: &dyn Fn(u32) -> String| (0..50).map(line).collect::<String>();
+    // A step of 10 is 10 ms, one of 0.01 is 10 ms, and stamps since 1970 tell their unit themselves.
+    for (rate, unit, log) in [
+        ("100 Hz", "ms", format!("t,p\n{}", lines(&|i| format!("{},{i}\n", 10 * i)))),
+        ("1000 Hz", "ms", format!("t,p\n{}", lines(&|i| format!("{i},{i}\n")))),
+        ("100 Hz", "s", format!("t,p\n{}", lines(&|i| format!("{:.2},{i}\n", 0.01 * f64::from(i))))),
+        ("100 Hz", "ms", lines(&|i| format!("t={} p={i}\n", 10 * i))),
+        ("100 Hz", "s", lines(&|i| format!("t:{:.2}\tp:{i}\n", 0.01 * f64::from(i)))),
+        ("1 Hz", "s", format!("time,p\n{}", lines(&|i| format!("{},{i}\n", 1_790_000_000 + i)))),
+        ("100 Hz", "ms", format!("time,p\n{}", lines(&|i| format!("{},{i}\n", 1_790_000_000_000 + 10 * u64::from(i))))),
+        ("100 Hz", "us", format!("micros,p\n{}", lines(&|i| format!("{},{i}\n", 10_000 * i)))),
+    ] {
+        let told = suggested(&log);
+        assert!(told.starts_with(rate) && told.contains(&format!("unit = \"{unit}\"")), "{log}{told}");
+    }
+}
+
+#[test]
 fn mistakes_are_told_before_anything_is_written() {
     let folder = sitting();
     fs::remove_file(folder.path().join("A.log")).unwrap();

@@ -4,6 +4,7 @@
 
 use crate::finding::{Finding, LineMap, median_step};
 use crate::formats::csv::Decimal;
+use crate::units::Unit;
 use crate::watch::{ClockSummary, ClockWatch, Summary, Watch};
 
 /// What was read from a raw file.
@@ -192,16 +193,35 @@ impl Keep<'_> {
 pub enum ClockUnit {
     /// So many seconds.
     Seconds(f64),
-    /// Not said: steps of one and more are milliseconds, for rigs log faster than once a second.
+    /// Not said: see [`guessed_unit`].
     Guessed,
+}
+
+/// The unit of stamps that state none, from one of them and the usual step: what counts from 1970 to our days tells its unit, and else
+/// steps of one and more are milliseconds, for rigs log faster than once a second.
+///
+/// ```
+/// use pneuval_ingest::recording::guessed_unit;
+/// assert_eq!(guessed_unit(20.0, 10.0).symbol, "ms");
+/// assert_eq!(guessed_unit(0.02, 0.01).symbol, "s");
+/// assert_eq!(guessed_unit(1_790_000_000.0, 1.0).symbol, "s");
+/// assert_eq!(guessed_unit(1.79e18, 1e7).symbol, "ns");
+/// ```
+pub fn guessed_unit(stamp: f64, step: f64) -> Unit {
+    /// 2014 to 2036, in s.
+    const OUR_DAYS: std::ops::Range<f64> = 1.4e9..2.1e9;
+    let since_1970 = |unit: &Unit| OUR_DAYS.contains(&unit.to_si(stamp));
+    let units = [Unit::SECOND, Unit::MILLISECOND, Unit::MICROSECOND, Unit::NANOSECOND];
+    let by_step = if step >= 1.0 { Unit::MILLISECOND } else { Unit::SECOND };
+    units.into_iter().find(since_1970).unwrap_or(by_step)
 }
 
 impl ClockUnit {
     /// In seconds; a guess is made once, from the first stamps.
     fn seconds(&mut self, first: &[f64]) -> f64 {
         if let Self::Guessed = self {
-            let is_ms = median_step(first).is_some_and(|step| step >= 1.0);
-            *self = Self::Seconds(if is_ms { 1e-3 } else { 1.0 });
+            let stamp = first.iter().copied().find(|stamp| stamp.is_finite()).unwrap_or(0.0);
+            *self = Self::Seconds(guessed_unit(stamp, median_step(first).unwrap_or(0.0)).to_si(1.0));
         }
         match self {
             Self::Seconds(seconds) => *seconds,

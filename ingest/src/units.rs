@@ -168,6 +168,7 @@ const UNITS: &[Unit] = &[
     unit("s", Dimension::Time, 1.0),
     unit("ms", Dimension::Time, 1e-3),
     unit("us", Dimension::Time, 1e-6),
+    unit("ns", Dimension::Time, 1e-9),
     unit("min", Dimension::Time, 60.0),
     unit("h", Dimension::Time, 3600.0),
     unit("V", Dimension::Voltage, 1.0),
@@ -251,6 +252,8 @@ const SPELLINGS: &[(&str, &str)] = &[
     ("usec", "us"),
     ("µs", "us"),
     ("microsecond", "us"),
+    ("nsec", "ns"),
+    ("nanosecond", "ns"),
     ("minute", "min"),
     ("hr", "h"),
     ("hour", "h"),
@@ -280,6 +283,14 @@ pub enum Spelling {
 impl Unit {
     /// Percent, in which papers print relative errors.
     pub const PERCENT: Self = unit("%", Dimension::Ratio, 1e-2);
+    /// Seconds, and what logs count in instead.
+    pub const SECOND: Self = unit("s", Dimension::Time, 1.0);
+    /// Milliseconds.
+    pub const MILLISECOND: Self = unit("ms", Dimension::Time, 1e-3);
+    /// Microseconds.
+    pub const MICROSECOND: Self = unit("us", Dimension::Time, 1e-6);
+    /// Nanoseconds.
+    pub const NANOSECOND: Self = unit("ns", Dimension::Time, 1e-9);
 
     /// The unit that a header of a log means, brackets around it or not: for suggestions and for what a reader infers, never for
     /// what a user writes, where only the symbol counts.

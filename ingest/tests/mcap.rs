@@ -383,6 +383,21 @@ fn a_message_that_cannot_be_decoded_keeps_its_row_with_holes() {
 }
 
 #[test]
+fn stamps_need_no_definition_in_the_file() {
+    let definition = "std_msgs/Header header\nfloat64 x\n\
+                      ================================================================================\n\
+                      MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
+    let message = |second: u32, x: f64| {
+        // Sequence of bytes: encapsulation, stamp, an empty text with its zero, padding to 8 bytes, the number.
+        [&[0, 1, 0, 0][..], &second.to_le_bytes(), &[0; 4], &[1, 0, 0, 0, 0, 0, 0, 0], &x.to_le_bytes()].concat()
+    };
+    let found = bag(&cdr(definition, &[&message(5, 1.5), &message(6, 2.5)]));
+    assert_eq!(found.findings, []);
+    assert_eq!(numbers(&found.tables[0], "header.stamp"), [5.0, 6.0]);
+    assert_eq!(numbers(&found.tables[0], "x"), [1.5, 2.5]);
+}
+
+#[test]
 fn topics_in_other_encodings_are_told_and_the_rest_is_read() {
     let mut recorder = Recorder::plain();
     let good = recorder.channel("/good", ("pkg/msg/T", "ros2msg", b"float64 x"), "cdr");
@@ -994,11 +1009,21 @@ fn a_folder_of_split_files_is_one_recording() {
     let yaml = metadata(&["r_10.mcap"], 4);
     let more = folder(&[("metadata.yaml", yaml.as_bytes()), files[1], files[2]]).unwrap();
     assert_eq!(told(&more.findings), [(FindingKind::CountMismatch, Severity::Note, 1)]);
+    assert_eq!(more.reasons.iter().filter(|reason| reason.starts_with("an MCAP file")).count(), 1);
+    // More than was counted: nothing is missing.
+    let yaml = metadata(&["r_10.mcap", "r_9.mcap"], 3);
+    let more = folder(&[("metadata.yaml", yaml.as_bytes()), files[1], files[2]]).unwrap();
+    assert_eq!(told(&more.findings), [(FindingKind::CountMismatch, Severity::Note, 1)]);
+    // One of two is compressed as a file, and no count tells that its messages are missing.
+    let some = folder(&[files[1], ("r_10.mcap.zstd", b"\x28\xb5\x2f\xfd")]).unwrap();
+    assert_eq!(told(&some.findings), [(FindingKind::UnusableFile, Severity::Lost, 1)]);
+    assert!(some.findings[0].text.contains("zstd -d"), "{}", some.findings[0].text);
     // One of two is no bag at all.
     let broken = folder(&[files[0], files[1], ("r_10.mcap", b"nothing")]).unwrap();
     assert_eq!(broken.tables[0].rows, 2);
     let kinds = [(FindingKind::UnusableFile, Severity::Lost, 1), (FindingKind::CountMismatch, Severity::Lost, 1)];
     assert_eq!(told(&broken.findings), kinds);
+    assert!(!broken.findings[0].text.contains("  "), "{}", broken.findings[0].text);
 }
 
 #[test]

@@ -13,8 +13,8 @@ use parts::{Part, bare, parts, take_clock, take_pressure};
 use text::{ACTUATOR, COMPARISONS, bounds, one_line, quoted, rig, slug, titled, unique};
 
 use crate::manifest::TO_FILL_IN;
-use crate::recording::{Cells, Column, Recording};
-use crate::units::Dimension;
+use crate::recording::{Cells, Column, Recording, guessed_unit};
+use crate::units::{Dimension, Unit};
 
 /// Values of a text column that may name runs: fewer is one run, more is something else.
 const RUNS_MAX: usize = 200;
@@ -100,7 +100,6 @@ pub fn block(file: &str, recording: &Recording) -> String {
     let mut out = String::new();
     if let Some(clock) = &clock {
         write_clock(&mut out, Some(clock), clock, 0, &mut guesses);
-        out.push('\n');
     }
     if !parts.is_empty() {
         let pressure = take_pressure(&mut parts, &mut guesses);
@@ -129,15 +128,16 @@ fn write_clock(out: &mut String, clock: Option<&Part>, pressure: &Part, samples:
         return;
     };
     let unit = clock.unit.filter(|unit| unit.dimension == Dimension::Time);
-    let step = clock.step().unwrap_or(1.0);
-    // Rigs log faster than once a second, so steps of one and more are milliseconds.
-    let guess = if step >= 1.0 { "ms" } else { "s" };
     let _ = writeln!(out, "[clock]\ncolumn = {}", clock.reference());
     if let Some(unit) = unit {
         let _ = writeln!(out, "unit = {}", quoted(unit.symbol));
     } else {
-        let _ = writeln!(out, "unit = {}  # GUESS, from the usual step of {step}", quoted(guess));
-        guesses.push(format!("the time is taken to be in {guess}"));
+        let (guess, why) =
+            clock.stamp_and_step().map_or((Unit::SECOND, "the log does not say".to_owned()), |(t, step)| {
+                (guessed_unit(t, step), format!("from stamps as {t} and the usual step of {step}"))
+            });
+        let _ = writeln!(out, "unit = {}  # GUESS: {why}", quoted(guess.symbol));
+        guesses.push(format!("the time is taken to be in {}", guess.symbol));
     }
 }
 
@@ -154,7 +154,7 @@ fn write_channels(out: &mut String, pressure: &Part, parts: &[Part], guesses: &m
         }
         None => {
             *out += "unit = \"kPa\"  # GUESS: the log does not say\n";
-            guesses.push(format!("{} is taken to be in kPa", pressure.column.name));
+            guesses.push(format!("{} is taken to be in kPa", pressure.full_name()));
         }
     }
     *out += "reference = \"gauge\"  # GUESS: or \"absolute\", with `atmosphere` in every run\n";
@@ -168,7 +168,7 @@ fn write_channels(out: &mut String, pressure: &Part, parts: &[Part], guesses: &m
             }
         } else {
             *out += "unit = \"1\"  # GUESS: the log does not say\n";
-            guesses.push(format!("{} is taken to be a plain number", part.column.name));
+            guesses.push(format!("{} is taken to be a plain number", part.full_name()));
         }
     }
 }
@@ -222,8 +222,12 @@ fn write_responses(out: &mut String, pressure: &Part, parts: &[Part], plateaus: 
     if let [first, ..] = elsewhere[..] {
         let _ = writeln!(
             out,
-            "# {} channels come from other topics than the pressure, {} for one, whose clocks are their own: they are stored and not\n# set against it.",
-            elsewhere.len(),
+            "# {} from other topics than the pressure, {} for one, whose clocks are their own: stored, and not\n# set against it.",
+            if elsewhere.len() == 1 {
+                "1 channel comes".to_owned()
+            } else {
+                format!("{} channels come", elsewhere.len())
+            },
             one_line(&first.table.name)
         );
     }

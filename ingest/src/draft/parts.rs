@@ -37,16 +37,35 @@ impl Part<'_> {
         }
     }
 
+    /// As the user is told of it.
+    pub fn full_name(&self) -> String {
+        one_line(&self.table.full_name(&self.column.name))
+    }
+
     /// A hundredth of the range, as two digits.
     pub fn tolerance(&self) -> String {
         let tolerance = 0.01 * (self.range.1 - self.range.0);
         if tolerance > 0.0 && tolerance.is_finite() { format!("{tolerance:.1e}") } else { "1".to_owned() }
     }
 
-    /// The usual step of a clock, in its unit.
-    pub fn step(&self) -> Option<f64> {
-        let watched = || self.column.clock.as_ref()?.rate_hz.map(f64::recip);
-        self.column.cells.numbers().and_then(median_step).or_else(watched)
+    /// A stamp of a clock and the usual step, both as they are logged.
+    pub fn stamp_and_step(&self) -> Option<(f64, f64)> {
+        let (min, max) = self.range;
+        let stamp = if min.abs() > max.abs() { min } else { max };
+        let watched = || {
+            // A clock that went by was watched in seconds: its largest stamp says how many of what is logged make one.
+            let clock = self.column.clock.as_ref()?;
+            let (min, max) = self.column.summary.range?;
+            let ends = clock.span.into_iter().flat_map(|(first, last)| [first, last]);
+            let seconds =
+                ends.chain(clock.backs.iter().map(|back| back.seconds.0)).fold(0.0, |a: f64, t| a.max(t.abs()));
+            let thousands = (min.abs().max(max.abs()) / seconds).log10() / 3.0;
+            let step = clock.steps.usual_s? * 1e3_f64.powf(thousands.round());
+            step.is_finite().then_some(step)
+        };
+        let step = self.column.cells.numbers().and_then(median_step).or_else(watched)?;
+        // Differences of stamps have digits that nobody logged.
+        Some((stamp, format!("{step:.2e}").parse().unwrap_or(step)))
     }
 
     fn is_named(&self, names: &[&str]) -> bool {
@@ -127,7 +146,7 @@ pub(super) fn take_clock<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<String
         .or_else(|| parts.iter().position(|p| p.unit.is_none() && p.is_named(&TIMES)))
         .or_else(|| parts.iter().position(|p| unnamed(p) && rises(p)))?;
     let part = parts.remove(i);
-    guesses.push(format!("{} is taken for the time", part.column.name));
+    guesses.push(format!("{} is taken for the time", part.full_name()));
     Some(part)
 }
 
@@ -141,7 +160,7 @@ pub(super) fn take_pressure<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<Str
         .or_else(|| parts.iter().position(|p| p.is_named(&PRESSURES)));
     let mut part = parts.remove(found.unwrap_or(0));
     if found.is_none() {
-        guesses.push(format!("{} is taken for the pressure: no column is named so", part.column.name));
+        guesses.push(format!("{} is taken for the pressure: no column is named so", part.full_name()));
     }
     "pressure".clone_into(&mut part.id);
     let mut taken: BTreeSet<String> = parts.iter().map(|other| other.id.clone()).chain([part.id.clone()]).collect();

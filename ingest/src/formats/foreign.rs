@@ -8,7 +8,7 @@ use crate::raw::RawFile;
 const HEAD_BYTES: u64 = 4096;
 
 /// The command that turns bags in `SQLite` into MCAP; the folder is that of the `.db3` file.
-pub(super) const CONVERT_BAG: &str = "convert it where ROS 2 is installed: write `output_bags: [{uri: converted, storage_id: mcap, all_topics: true}]` to a file \
+pub(super) const CONVERT_BAG: &str = "convert it where ROS 2 is installed: write `output_bags: [{uri: converted, storage_id: mcap, all: true}]` to a file \
      `mcap.yaml`, run `ros2 bag convert -i FOLDER -o mcap.yaml` and read the folder `converted`";
 
 /// Refuses a file of a known format that is not read, with the command that converts it.

@@ -1,6 +1,6 @@
 //! A table while it is read row by row: what is put where, what is odd about it, and how large it may grow.
 
-use super::csv::{CellKind, Decimal, cell_kind};
+use super::csv::{self, CellKind, Decimal, cell_kind};
 use super::lines::{Line, trim};
 use crate::IngestError;
 use crate::error::Place;
@@ -129,7 +129,10 @@ impl<'a> Sheet<'a> {
         // Stamps are kept with whatever they are the clock of.
         let is_stamp = unit == Some("s");
         let keep = self.keep.keeps(&self.name, &unique, number) || (is_stamp && self.keep.wants(&self.name));
-        let mut numbers = if is_stamp { Builder::clock(keep, ClockUnit::Seconds(1.0)) } else { Builder::new(keep) };
+        // What is kept can be looked at later.
+        let seems = || fill.filter(|fill| fill.is_nan() && !keep).and_then(|_| csv::clock_unit(name, unit));
+        let clock = if is_stamp { Some(ClockUnit::Seconds(1.0)) } else { seems() };
+        let mut numbers = clock.map_or_else(|| Builder::new(keep), |unit| Builder::clock(keep, unit));
         let mut text = fill.is_none().then(|| (Vec::new(), keep));
         let fill = fill.unwrap_or(f64::NAN);
         for _ in 0..self.lines.rows() {

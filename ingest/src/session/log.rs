@@ -72,6 +72,9 @@ impl Part {
     }
 }
 
+/// Names that a person reads through.
+const NAMES_MAX: usize = 40;
+
 /// The columns that the runs of a session ask for.
 pub(super) fn columns_asked(manifest: &SessionManifest) -> Vec<ColumnRef> {
     let mut columns: Vec<ColumnRef> = manifest.channels.iter().map(|channel| channel.column.clone()).collect();
@@ -136,10 +139,35 @@ impl<'a> Log<'a> {
             ColumnRef::Name(name) => {
                 let known: Vec<String> = tables.iter().flat_map(full_names).collect();
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                let expected = format!("a column of the log: {}", known.join(", "));
-                reader.malformed(line, &expected, &shown(name), suggestion(name, known.iter().copied()))
+                let next = self.next(name, &known);
+                // The names stand in one place, if they can be read through at all.
+                let expected = if known.len() > NAMES_MAX || next.starts_with("use one of") {
+                    "a column of the log".to_owned()
+                } else {
+                    format!("a column of the log: {}", known.join(", "))
+                };
+                reader.malformed(line, &expected, &shown(name), next)
             }
         })
+    }
+
+    /// What to write instead of a column that is not there.
+    fn next(&self, name: &str, known: &[&str]) -> String {
+        // A topic may be there while its messages are not understood: the reason is among the findings.
+        let is_of = |finding: &&Finding| {
+            let topic = finding.channel.as_deref().filter(|topic| !topic.is_empty());
+            finding.kind == FindingKind::UnreadTopic
+                && topic.and_then(|topic| name.strip_prefix(topic)).is_some_and(|rest| rest.starts_with('.'))
+        };
+        if let Some(finding) = self.recording.findings.iter().find(is_of) {
+            return finding.text.clone();
+        }
+        let next = suggestion(name, known.iter().copied());
+        if known.len() > NAMES_MAX && next.starts_with("use one of") {
+            let first = known.get(..NAMES_MAX).unwrap_or(known).join(", ");
+            return format!("use one of: {first}, … ({} in all; `pneuval inspect` lists them)", known.len());
+        }
+        next
     }
 
     /// The table of an id.

@@ -296,12 +296,7 @@ fn unclaimed(log: &Log, table: usize, claimed: &[Option<&str>]) -> Option<Findin
         channel: None,
         spans,
         count: rows.len(),
-        text: format!(
-            "{} of {} rows belong to no run, the first at line {}",
-            rows.len(),
-            claimed.len(),
-            lines.line_of(first)
-        ),
+        text: format!("{} of {} rows belong to no run, the first at {}", rows.len(), claimed.len(), lines.place(first)),
     })
 }
 

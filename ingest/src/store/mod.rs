@@ -81,14 +81,15 @@ fn store(
     raws: &[(FileDigest, RawFile)],
     root: &Path,
 ) -> Result<Stored, IngestError> {
-    let before = StoredSession::read(&root.join(RECORD)).filter(|before| before.is_of(manifest, rig));
+    let stored = StoredSession::read(&root.join(RECORD));
+    let before = stored.as_ref().filter(|before| before.is_of(manifest, rig));
     let staging =
         tempfile::Builder::new().prefix(".new-").tempdir_in(root).map_err(|source| IngestError::write(root, source))?;
     let mut names = BTreeSet::new();
     let (mut files, mut read, mut unchanged) = (Vec::new(), Vec::new(), Vec::new());
     let mut unusable = None;
     for (digest, raw) in raws {
-        let kept = before.as_ref().and_then(|before| before.file(digest)).filter(|file| file.is_whole(root));
+        let kept = before.and_then(|before| before.file(digest)).filter(|file| file.is_whole(root));
         if let Some(file) = kept {
             names.extend(file.tables().map(|table| table.file.clone()));
             unchanged.push(digest.name.clone());
@@ -110,7 +111,7 @@ fn store(
         return Err(error);
     }
     let record = StoredSession::new(manifest, rig, files);
-    replace(root, staging.path(), &record)?;
+    replace(root, staging.path(), stored.as_ref(), &record)?;
     Ok(Stored { record, read, unchanged })
 }
 
@@ -227,9 +228,18 @@ fn file_name(run: &str, stream: &str, names: &mut BTreeSet<String>) -> String {
     name
 }
 
-/// Moves new tables into place, then the record, then removes what the record no longer names.
-fn replace(root: &Path, staging: &Path, record: &StoredSession) -> Result<(), IngestError> {
-    let named: BTreeSet<&str> = record.files.iter().flat_map(StoredFile::tables).map(|t| t.file.as_str()).collect();
+/// Moves new tables into place, then the record, then removes the tables that the record before it names and this one does not. A
+/// folder given with `--store` may hold tables of somebody else: they stay.
+fn replace(
+    root: &Path,
+    staging: &Path,
+    before: Option<&StoredSession>,
+    record: &StoredSession,
+) -> Result<(), IngestError> {
+    let tables = |of: &StoredSession| -> BTreeSet<String> {
+        of.files.iter().flat_map(StoredFile::tables).map(|table| table.file.clone()).collect()
+    };
+    let named = tables(record);
     let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(|source| IngestError::write(to, source));
     for entry in entries(staging)? {
         if let Some(name) = entry.file_name() {
@@ -248,11 +258,16 @@ fn replace(root: &Path, staging: &Path, record: &StoredSession) -> Result<(), In
         written.map_err(|source| IngestError::write(&new, source))?;
         rename(&new, &path)?;
     }
-    for entry in entries(root)? {
-        let name = entry.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let table = Path::new(&name).extension().is_some_and(|ending| ending == "parquet");
-        if table && !named.contains(name.as_str()) {
-            fs::remove_file(&entry).map_err(|source| IngestError::write(&entry, source))?;
+    let gone = before.map(tables).unwrap_or_default();
+    // A record is a file that anybody can write: what it names elsewhere is not the store's.
+    let is_here = |name: &&String| Path::new(name).file_name().is_some_and(|last| last == name.as_str());
+    for name in gone.difference(&named).filter(is_here) {
+        let path = root.join(name);
+        match fs::remove_file(&path) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                return Err(IngestError::write(&path, source));
+            }
+            _ => {}
         }
     }
     Ok(())

@@ -137,7 +137,12 @@ fn read_log(raw: &RawFile, options: &CsvOptions, keep: Keep, chunk: usize) -> Re
     let keep: Vec<bool> = names.iter().enumerate().map(|(i, name)| keep.keeps("", name, i + 1)).collect();
     // What is kept can be looked at later.
     let clocks: Vec<Option<ClockUnit>> = (0..names.len())
-        .map(|i| if keep[i] { None } else { clock_unit(&found.layout, i, &names[i], units[i].as_deref()) })
+        .map(|i| {
+            let seems = || clock_unit(&names[i], units[i].as_deref());
+            // The first column of a log without names is often its time.
+            let first = || (i == 0 && found.layout.names.is_none() && units[i].is_none()).then_some(ClockUnit::Guessed);
+            if keep[i] { None } else { seems().or_else(first) }
+        })
         .collect();
     let mut is_text = found.text.clone();
     let pass =
@@ -181,14 +186,14 @@ fn read_log(raw: &RawFile, options: &CsvOptions, keep: Keep, chunk: usize) -> Re
 /// Names of columns of stamps.
 pub(crate) const TIMES: [&str; 8] = ["t", "time", "timestamp", "stamp", "seconds", "elapsed", "zeit", "millis"];
 
-/// Whether a column seems to be a clock: by its unit, by its name, or because it is the first of a log without names.
-fn clock_unit(layout: &Layout, column: usize, name: &str, unit: Option<&str>) -> Option<ClockUnit> {
+/// Whether a column seems to be a clock: by its unit or by its name.
+pub(crate) fn clock_unit(name: &str, unit: Option<&str>) -> Option<ClockUnit> {
     if let Some((unit, _)) = unit.and_then(Unit::parse_loose) {
         return (unit.dimension == Dimension::Time).then(|| ClockUnit::Seconds(unit.to_si(1.0)));
     }
     let lower = name.to_lowercase();
     let named = lower.split(|c: char| !c.is_alphanumeric()).any(|word| TIMES.contains(&word));
-    (named || (column == 0 && layout.names.is_none())).then_some(ClockUnit::Guessed)
+    named.then_some(ClockUnit::Guessed)
 }
 
 impl From<TextLog> for Recording {
@@ -320,7 +325,7 @@ fn without_brackets(unit: &str) -> &str {
 /// Words at the end of a name that are rather words than units: `p_min`, `flow_in`, `pressure_g`.
 const NOT_AFTER_UNDERSCORE: [&str; 6] = ["in", "min", "g", "h", "1", "%"];
 
-/// The unit in a name: `pressure (kPa)`, `pressure [kPa]`, `pressure / kPa`, `pressure_kPa`.
+/// The unit in a name: `pressure (kPa)`, `pressure [kPa]`, `pressure / kPa`, `pressure_kPa`, `micros`.
 pub(crate) fn unit_in_name(name: &str) -> Option<&str> {
     let name = name.trim();
     let bracketed = |open, close| name.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
@@ -336,6 +341,12 @@ pub(crate) fn unit_in_name(name: &str) -> Option<&str> {
         && Unit::parse_loose(unit).is_some_and(|(_, spelling)| spelling == Spelling::Exact)
     {
         return Some(unit.trim());
+    }
+    // What a sketch for a microcontroller calls its clocks.
+    match name.to_lowercase().trim_end_matches("()") {
+        "millis" => return Some("ms"),
+        "micros" => return Some("us"),
+        _ => {}
     }
     let (_, unit) = name.rsplit_once('_')?;
     (known(unit) && !NOT_AFTER_UNDERSCORE.contains(&unit.to_lowercase().as_str())).then_some(unit)

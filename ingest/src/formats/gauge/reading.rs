@@ -121,11 +121,20 @@ fn words<'b>(part: &'b [u8], decimal: Decimal, out: &mut Reading<'b>) -> Option<
     };
     let mut at = 0;
     while at < part.len() {
+        // `-   0.039`: some gauges keep the sign at the left of the field.
+        let is_sign = |at: usize| matches!(part.get(at), Some(b'+' | b'-')) && part.get(at + 1).is_some_and(is_blank);
+        let is_apart = out.items.is_empty()
+            && is_sign(at)
+            && part.get(skip(at + 1)).is_some_and(|b| b.is_ascii_digit() || matches!(b, b'.' | b','));
+        let is_negative = is_apart && part.get(at) == Some(&b'-');
+        if is_apart {
+            at = skip(at + 1);
+        }
         let end = end_of(at);
         let word = part.get(at..end)?;
         // A date, a time and AM or PM are one stamp.
         let ends = [end_of(skip(end_of(skip(end)))), end_of(skip(end)), end];
-        if let Some(end) = ends.into_iter().find(|end| part.get(at..*end).is_some_and(is_stamp)) {
+        if let Some(end) = ends.into_iter().find(|end| !is_apart && part.get(at..*end).is_some_and(is_stamp)) {
             out.items.push(Item::Plain(part.get(at..end)?));
             at = skip(end);
             continue;
@@ -135,13 +144,17 @@ fn words<'b>(part: &'b [u8], decimal: Decimal, out: &mut Reading<'b>) -> Option<
         let bare = word.strip_suffix(b":").unwrap_or(word);
         if parse_number(word, decimal).is_some_and(f64::is_finite) {
             if is_unit(next) {
-                let number = parse_number(word, decimal);
+                let number = parse_number(word, decimal).map(|number| if is_negative { -number } else { number });
                 out.items.push(Item::Value(Value { number, unit: next, text: word }));
                 at = skip(end_of(next_at));
                 continue;
             }
+            if is_apart {
+                return None;
+            }
             out.items.push(Item::Plain(word));
         } else if let Some((number, unit)) = glued(word, decimal) {
+            let number = if is_negative { -number } else { number };
             out.items.push(Item::Value(Value { number: Some(number), unit, text: word }));
         } else if is_missing(word) {
             out.items.push(Item::Value(Value { number: None, unit: b"", text: word }));
@@ -199,6 +212,8 @@ mod tests {
             ("12.34 N", (one(12.34, "N"), false, None)),
             ("-0.56 lbF", (one(-0.56, "lbF"), false, None)),
             ("+1,2kgf", (one(1.2, "kgf"), false, None)),
+            ("-   0.039 N", (one(-0.039, "N"), false, None)),
+            ("+ 1.5N PEAK", (one(1.5, "N"), true, None)),
             ("   0.000 N  ", (one(0.0, "N"), false, None)),
             ("12.34N T", (one(12.34, "N"), false, Some(true))),
             ("12.34N C", (one(12.34, "N"), false, Some(false))),
@@ -212,7 +227,9 @@ mod tests {
         ] {
             assert_eq!(of(line), Some(told), "{line}");
         }
-        for line in ["12.34", "", "N", "12.34 parsec", "time 12.34 N", "1 2 3", "a,b,c"] {
+        for line in
+            ["12.34", "", "N", "- 12.34", "- N", "- -1 N", "1 - 2 N", "12.34 parsec", "time 12.34 N", "1 2 3", "a,b,c"]
+        {
             assert_eq!(of(line), None, "{line}");
         }
     }

@@ -162,7 +162,11 @@ impl<'k> Bag<'k> {
                 } else {
                     format!("profile {}", shown(&header.profile))
                 };
-                self.reasons.push(format!("an MCAP file by its first bytes, {profile}{by}"));
+                // The files of one bag say it once.
+                let reason = format!("an MCAP file by its first bytes, {profile}{by}");
+                if !self.reasons.contains(&reason) {
+                    self.reasons.push(reason);
+                }
             }
             Record::Schema { header, data } => self.schema(offset, header, &data),
             Record::Channel(channel) => self.channel(offset, channel)?,

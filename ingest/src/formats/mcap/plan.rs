@@ -172,6 +172,9 @@ fn package_of(name: &str) -> &str {
     name.split_once('/').map_or("", |(package, _)| package)
 }
 
+/// Types whose definition never changes: seconds and nanoseconds.
+const BUILT_IN: [&str; 2] = ["builtin_interfaces/Time", "builtin_interfaces/Duration"];
+
 impl Definitions {
     /// Reads the definitions that stand in a file.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
@@ -189,6 +192,14 @@ impl Definitions {
         let mut types: HashMap<_, _> =
             schema.dependencies.into_iter().map(|spec| (short_name(&spec.name), Rc::new(spec))).collect();
         types.insert(root.clone(), Rc::new(schema.spec));
+        // Some writers leave out what every ROS 2 knows.
+        for name in BUILT_IN {
+            if !types.contains_key(name) {
+                let spec =
+                    MessageSchema::parse(name, "int32 sec\nuint32 nanosec").map_err(|error| format!("{error:#}"))?;
+                types.insert(name.to_owned(), Rc::new(spec.spec));
+            }
+        }
         Ok(Self { types, root })
     }
 

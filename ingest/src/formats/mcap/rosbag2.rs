@@ -49,7 +49,12 @@ pub fn read(raw: &RawFile, keep: Keep) -> Result<Recording, IngestError> {
                 }
             }
             Err(error @ IngestError::Unusable { .. }) if bag.is_within_limits() => {
-                tell(FindingKind::UnusableFile, Severity::Lost, error.to_string().replace("\n  ", "; "));
+                let words: Vec<String> = error
+                    .to_string()
+                    .lines()
+                    .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
+                    .collect();
+                tell(FindingKind::UnusableFile, Severity::Lost, format!("a file cannot be used: {}", words.join("; ")));
                 unusable.get_or_insert(error);
             }
             Err(error) => return Err(error),
@@ -62,15 +67,18 @@ pub fn read(raw: &RawFile, keep: Keep) -> Result<Recording, IngestError> {
         for (topic, stated) in &said.topics {
             let found = counts.get(topic).copied().unwrap_or(0);
             if found != *stated {
+                // More than was counted is odd, and nothing is missing.
+                let severity = if found < *stated { Severity::Lost } else { Severity::Note };
                 let stated = messages(*stated);
                 let text = format!("topic {}: `metadata.yaml` counts {stated}, {found} are in the files", shown(topic));
-                tell(FindingKind::CountMismatch, Severity::Lost, text);
+                tell(FindingKind::CountMismatch, severity, text);
             }
         }
         let found: u64 = counts.values().sum();
         if let Some(stated) = said.messages.filter(|stated| *stated != found && said.topics.is_empty()) {
             let text = format!("`metadata.yaml` counts {}, {found} are in the files", messages(stated));
-            tell(FindingKind::CountMismatch, Severity::Lost, text);
+            let severity = if found < stated { Severity::Lost } else { Severity::Note };
+            tell(FindingKind::CountMismatch, severity, text);
         }
     }
     bag.findings.extend(told);
@@ -113,7 +121,7 @@ impl<'r> Folder<'r> {
             },
             None => reason = Some("no `metadata.yaml` in the folder: the files are read by name".to_owned()),
         }
-        let is_mcap = |part: &&RawFile| std::path::Path::new(part.name()).extension().is_some_and(|e| e == "mcap");
+        let is_mcap = |part: &&RawFile| ends_with(part, "mcap");
         let mut files: Vec<&RawFile> = vec![];
         for name in said.as_ref().map_or(&[][..], |said| &said.files) {
             // Recorders of some releases put the folder before the name.
@@ -121,7 +129,13 @@ impl<'r> Folder<'r> {
             match parts.iter().find(|part| part.file_name() == name) {
                 Some(part) if files.iter().any(|file| file.name() == part.name()) => {}
                 Some(part) if is_mcap(&part) => files.push(part),
-                Some(_) => {}
+                // Told below.
+                Some(part) if ends_with(part, "zstd") => {}
+                Some(part) => {
+                    let name = shown(part.file_name());
+                    let text = format!("`metadata.yaml` names {name}, which is no `.mcap` file: it is not read");
+                    tell(FindingKind::UnusableFile, Severity::Lost, text);
+                }
                 None => {
                     let name = shown(name);
                     let text =
@@ -143,8 +157,18 @@ impl<'r> Folder<'r> {
         if files.is_empty() {
             return Err(no_file(raw, parts, said.as_ref()));
         }
+        for part in parts.iter().filter(|part| ends_with(part, "zstd")) {
+            let name = shown(part.file_name());
+            let text =
+                format!("{name} is compressed as a whole and not read; decompress it in the folder: `zstd -d *.zstd`");
+            tell(FindingKind::UnusableFile, Severity::Lost, text);
+        }
         Ok(Self { said, files, findings, reason })
     }
+}
+
+fn ends_with(part: &RawFile, ending: &str) -> bool {
+    std::path::Path::new(part.name()).extension().is_some_and(|e| e == ending)
 }
 
 fn no_file(raw: &RawFile, parts: &[RawFile], said: Option<&Metadata>) -> IngestError {

@@ -288,18 +288,21 @@ pub(super) fn topic(file: &str, topic: &Topic) -> Vec<Finding> {
     }
     if columns.long_texts > 0 {
         let (count, max) = (columns.long_texts, crate::limits::TEXT_BYTES_MAX);
-        let text = format!("topic {name}: {count} texts of more than {max} bytes left out");
+        let texts = if count == 1 { "text" } else { "texts" };
+        let text = format!("topic {name}: {count} {texts} of more than {max} bytes left out");
         tell(FindingKind::NotExpanded, Severity::Note, count, vec![], text);
     }
     if columns.bad_texts > 0 {
         let count = columns.bad_texts;
-        let text = format!("topic {name}: {count} texts are not in UTF-8; what means nothing is shown as `\u{fffd}`");
+        let texts = if count == 1 { "text is" } else { "texts are" };
+        let text = format!("topic {name}: {count} {texts} not in UTF-8; what means nothing is shown as `\u{fffd}`");
         tell(FindingKind::Encoding, Severity::Note, count, vec![], text);
     }
     if columns.mixed > 0 {
         let count = columns.mixed;
         let text = format!(
-            "topic {name}: {count} values are text where the first one was a number, or the other way round; left as holes"
+            "topic {name}: {} text where the first one was a number, or the other way round; left as holes",
+            if count == 1 { "1 value is".to_owned() } else { format!("{count} values are") }
         );
         tell(FindingKind::NonNumericCell, Severity::Excluded, count, vec![], text);
     }

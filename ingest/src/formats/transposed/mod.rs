@@ -251,6 +251,10 @@ impl Reading<'_> {
                 let inside = unit.trim_matches(['(', ')', '[', ']']).trim().to_owned();
                 quantity.unit = Some(inside);
             }
+            // What is kept can be looked at later.
+            if let (false, Some(unit)) = (keep, csv::clock_unit(&quantity.name, quantity.unit.as_deref())) {
+                quantity.numbers = Builder::clock(keep, unit);
+            }
             *current = Some(quantity);
             if is_unit_cell {
                 return Ok(());
