@@ -414,7 +414,9 @@ fn stamps_need_no_definition_in_the_file() {
     };
     let found = bag(&cdr(definition, &[&message(5, 1.5), &message(6, 2.5)]));
     assert_eq!(found.findings, []);
-    assert_eq!(numbers(&found.tables[0], "header.stamp"), [5.0, 6.0]);
+    // From the first second of the recording.
+    assert_eq!(found.origin.as_deref(), Some("2023-11-14T22:13:20Z"));
+    assert_eq!(numbers(&found.tables[0], "header.stamp"), [5.0 - 1.7e9, 6.0 - 1.7e9]);
     assert_eq!(numbers(&found.tables[0], "x"), [1.5, 2.5]);
 }
 
