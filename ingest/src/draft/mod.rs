@@ -9,7 +9,7 @@ mod text;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use parts::{Part, bare, parts, take_clock, take_pressure};
+use parts::{Part, bare, parts, seems_pressure, take_clock, take_pressure};
 use text::{ACTUATOR, COMPARISONS, bounds, one_line, quoted, rig, slug, titled, unique};
 
 use crate::manifest::TO_FILL_IN;
@@ -72,7 +72,8 @@ pub fn draft(id: &str, logs: &[(String, Recording)], actuator: Option<&str>, cha
     }
     let own_clock = pressure.table.clock.is_some();
     write_clock(&mut out, clock.as_ref(), &pressure, samples, &mut guesses);
-    write_channels(&mut out, &pressure, &parts, &mut guesses);
+    write_pressure(&mut out, &pressure, &mut guesses);
+    write_channels(&mut out, &parts, &mut guesses);
     write_runs(&mut out, logs, &mut guesses);
     write_responses(
         &mut out,
@@ -101,10 +102,11 @@ pub fn block(file: &str, recording: &Recording) -> String {
     if let Some(clock) = &clock {
         write_clock(&mut out, Some(clock), clock, 0, &mut guesses);
     }
-    if !parts.is_empty() {
+    if seems_pressure(&parts).is_some() {
         let pressure = take_pressure(&mut parts, &mut guesses);
-        write_channels(&mut out, &pressure, &parts, &mut guesses);
+        write_pressure(&mut out, &pressure, &mut guesses);
     }
+    write_channels(&mut out, &parts, &mut guesses);
     // Writing to a String cannot fail.
     let _ = writeln!(out, "\n[[run]]\nfile = {}", quoted(file));
     out.trim_start().to_owned()
@@ -141,7 +143,7 @@ fn write_clock(out: &mut String, clock: Option<&Part>, pressure: &Part, samples:
     }
 }
 
-fn write_channels(out: &mut String, pressure: &Part, parts: &[Part], guesses: &mut Vec<String>) {
+fn write_pressure(out: &mut String, pressure: &Part, guesses: &mut Vec<String>) {
     *out += "\n[[channel]]\nid = \"pressure\"\n";
     let _ = writeln!(out, "column = {}", pressure.reference());
     match pressure.unit {
@@ -159,6 +161,9 @@ fn write_channels(out: &mut String, pressure: &Part, parts: &[Part], guesses: &m
     }
     *out += "reference = \"gauge\"  # GUESS: or \"absolute\", with `atmosphere` in every run\n";
     *out += "# commanded = true  # if it was asked of a regulator, not measured\n";
+}
+
+fn write_channels(out: &mut String, parts: &[Part], guesses: &mut Vec<String>) {
     for part in parts {
         let _ = writeln!(out, "\n[[channel]]\nid = {}\ncolumn = {}", quoted(&part.id), part.reference());
         if let Some(unit) = part.unit {
@@ -280,6 +285,17 @@ mod tests {
         assert_eq!(manifest.responses.len(), 2);
         assert_eq!(manifest.responses[0].points, PointRule::Samples { same_within_pa: 0.0 });
         assert!(draft.guesses.iter().any(|g| g.contains("Force")), "{:?}", draft.guesses);
+    }
+
+    #[test]
+    fn a_log_without_a_pressure_is_shown_without_one() {
+        let log =
+            |text: &str| -> Recording { read("log.csv", text.as_bytes(), &CsvOptions::default()).unwrap().into() };
+        let shown = block("gauge.csv", &log("t [s],force [N],No.\n0,0.1,1\n0.1,0.2,2\n0.2,0.3,3\n"));
+        assert!(!shown.contains("pressure") && shown.contains("column = \"force [N]\"\nunit = \"N\""), "{shown}");
+        // A draft needs one to set things against: what may be one is taken, and a force is none.
+        let (manifest, _) = drafted("force [N],x\n0.1,1\n0.2,2\n0.3,3\n");
+        assert_eq!(manifest.channels[0].column, ColumnRef::Name("x".to_owned()));
     }
 
     #[test]

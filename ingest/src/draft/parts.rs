@@ -150,15 +150,22 @@ pub(super) fn take_clock<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<String
     Some(part)
 }
 
-/// Takes the pressure out of the parts: by unit, by name, or the first.
-pub(super) fn take_pressure<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<String>) -> Part<'a> {
+/// The part that is a pressure by its unit or its name.
+pub(super) fn seems_pressure(parts: &[Part]) -> Option<usize> {
     let by_unit = |part: &Part| part.unit.is_some_and(|unit| unit.dimension == Dimension::Pressure);
-    let found = parts
+    parts
         .iter()
         .position(|p| by_unit(p) && p.is_named(&PRESSURES))
         .or_else(|| parts.iter().position(by_unit))
-        .or_else(|| parts.iter().position(|p| p.is_named(&PRESSURES)));
-    let mut part = parts.remove(found.unwrap_or(0));
+        .or_else(|| parts.iter().position(|p| p.is_named(&PRESSURES)))
+}
+
+/// Takes the pressure out of the parts: by unit, by name, or the first.
+pub(super) fn take_pressure<'a>(parts: &mut Vec<Part<'a>>, guesses: &mut Vec<String>) -> Part<'a> {
+    let found = seems_pressure(parts);
+    // What has a unit of another kind is no pressure; volts may stand for one.
+    let may_be = |part: &Part| part.unit.is_none_or(|unit| unit.dimension == Dimension::Voltage);
+    let mut part = parts.remove(found.or_else(|| parts.iter().position(may_be)).unwrap_or(0));
     if found.is_none() {
         guesses.push(format!("{} is taken for the pressure: no column is named so", part.full_name()));
     }
