@@ -80,6 +80,15 @@ pub fn of_results(results: &Results) -> Outcome {
     }
 }
 
+/// What remains of several failures: all but the worst are told here, and that one is the command's. What the user can mend comes first.
+pub fn worst(outcome: Outcome, mut failures: Vec<Failure>) -> Result<Outcome, Failure> {
+    failures.sort_by_key(Failure::code);
+    let mut failures = failures.into_iter();
+    let Some(worst) = failures.next() else { return Ok(outcome) };
+    failures.for_each(|failure| output::tell(&format!("error: {failure}")));
+    Err(worst)
+}
+
 /// Tells a failure on standard error, and gives the exit code.
 pub fn finish(outcome: Result<Outcome, Failure>) -> ExitCode {
     match outcome {

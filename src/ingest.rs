@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use pneuval_datasets::Described;
 use pneuval_ingest::finding::Severity;
-use pneuval_ingest::manifest::SessionManifest;
+use pneuval_ingest::manifest::{Rig, SessionManifest};
 use pneuval_ingest::store::{self, Stored, StoredFile, StoredSession, StoredTable};
 use pneuval_ingest::{IngestError, digest};
 
@@ -23,9 +23,12 @@ struct Told {
     record: StoredSession,
 }
 
+/// A session with its manifest and rig.
+type Sitting<'a> = (&'a Described, (&'a SessionManifest, Option<&'a Rig>));
+
 pub fn run(arguments: &Ingest) -> Result<Outcome, Failure> {
     let described = pneuval_datasets::describe(&arguments.paths)?;
-    let sessions: Vec<&Described> = described.iter().filter(|described| described.session().is_some()).collect();
+    let sessions: Vec<Sitting> = described.iter().filter_map(|found| Some((found, found.session()?))).collect();
     if sessions.is_empty() {
         return Err(Failure::Flag {
             flag: "PATHS",
@@ -36,10 +39,8 @@ pub fn run(arguments: &Ingest) -> Result<Outcome, Failure> {
     }
     let mut outcome = Outcome::Expected;
     let mut all = Vec::new();
-    for described in sessions {
-        // Only sessions were kept.
-        let Some((manifest, _)) = described.session() else { continue };
-        let (root, stored) = stored(described, arguments.store.as_deref())?;
+    for (described, (manifest, rig)) in sessions {
+        let (root, stored) = stored((described, (manifest, rig)), arguments.store.as_deref())?;
         for finding in stored.record.findings() {
             output::tell(&format!("{}: {}, {}: {}", finding.severity.id(), manifest.id, finding.file, finding.text));
         }
@@ -60,8 +61,7 @@ pub fn run(arguments: &Ingest) -> Result<Outcome, Failure> {
 }
 
 /// Stores a session where it was asked for, or beside the session, or where that cannot be written in the user's cache.
-fn stored(described: &Described, asked: Option<&Path>) -> Result<(PathBuf, Stored), Failure> {
-    let Some((manifest, rig)) = described.session() else { return Err(no_place(described.id()).into()) };
+fn stored((described, (manifest, rig)): Sitting, asked: Option<&Path>) -> Result<(PathBuf, Stored), Failure> {
     let open = |name: &str| described.open_log(name);
     let to = |root: PathBuf| -> Result<(PathBuf, Stored), IngestError> {
         let stored = store::ingest(manifest, rig, &open, &root)?;

@@ -13,7 +13,7 @@ use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::recording::{Column, Table};
 
 use crate::cli::Inspect;
-use crate::exit::{Failure, Outcome};
+use crate::exit::{self, Failure, Outcome};
 use crate::{output, table};
 
 /// A file, for `--json`.
@@ -55,9 +55,16 @@ struct ColumnTold<'a> {
 
 pub fn run(arguments: &Inspect) -> Result<Outcome, Failure> {
     let mut outcome = Outcome::Expected;
-    let mut all = Vec::new();
+    let (mut all, mut failures) = (Vec::new(), Vec::new());
     for path in &arguments.files {
-        let inspection = look_at(path)?;
+        // One file that cannot be looked at does not hide the others.
+        let inspection = match look_at(path) {
+            Ok(inspection) => inspection,
+            Err(failure) => {
+                failures.push(failure);
+                continue;
+            }
+        };
         if inspection.is_lossy() {
             outcome = Outcome::Open;
         }
@@ -70,7 +77,7 @@ pub fn run(arguments: &Inspect) -> Result<Outcome, Failure> {
     if arguments.json {
         output::print_json(&all.iter().map(told).collect::<Vec<_>>())?;
     }
-    Ok(outcome)
+    exit::worst(outcome, failures)
 }
 
 /// Looks at one file; a session.toml beside it would call it by its last name.

@@ -15,6 +15,7 @@ use pneuval_ingest::finding::LineMap;
 use pneuval_ingest::formats::csv::Decimal;
 use pneuval_ingest::formats::mcap::{Compression, WriteOptions, write};
 use pneuval_ingest::recording::{Cells, Column, Table};
+use pneuval_ingest::store::read_parquet;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -163,6 +164,38 @@ fn a_clock_may_be_chosen_and_must_be_there() {
 }
 
 #[test]
+fn two_channels_of_one_field_are_both_read_whichever_clock_is_theirs() {
+    let twice = SESSION.replace(
+        "[[channel]]\nid = \"pose\"",
+        "[[channel]]\nid = \"stroke-again\"\ncolumn = \"/rig.stroke\"\nunit = \"m\"\n\n[[channel]]\nid = \"time\"\ncolumn = \"/rig.log_time\"\n\n[[channel]]\nid = \"pose\"",
+    );
+    for clock in ["", "[clock]\nstamp = \"log\"\n\n[[run]]", "[clock]\ncolumn = \"/rig.log_time\"\n\n[[run]]"] {
+        let session = if clock.is_empty() { twice.clone() } else { twice.replace("[[run]]", clock) };
+        let folder = sitting(&session, &bag());
+        let said = pneuval(folder.path(), &["ingest", ".", "--json"]);
+        assert_eq!(said.code, 0, "{clock}: {}", said.err);
+        let columns = read_parquet(&folder.path().join(".pneuval/run.rig.parquet")).unwrap();
+        let of = |name: &str| &columns.iter().find(|(column, _)| column == name).unwrap().1;
+        assert_eq!((of("stroke_m"), of("time_s").len()), (of("stroke_again_m"), 600), "{clock}");
+        assert_eq!(of("time_s"), of("time_s_2"), "{clock}");
+        assert_eq!(pneuval(folder.path(), &["validate", "."]).code, 3, "{clock}");
+    }
+}
+
+#[test]
+fn one_file_that_cannot_be_looked_at_does_not_hide_the_others() {
+    let folder = sitting(SESSION, &bag());
+    fs::write(folder.path().join("film.mp4"), b"\0\0\0\x20ftypisom").unwrap();
+    let said = pneuval(folder.path(), &["inspect", "film.mp4", "run.mcap", "--json"]);
+    assert_eq!(said.code, 4, "{}", said.err);
+    let told: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!((told.as_array().unwrap().len(), &told[0]["file"]), (1, &Value::from("run.mcap")));
+    let said = pneuval(folder.path(), &["inspect", "film.mp4", "gone.csv", "run.mcap"]);
+    assert_eq!(said.code, 2, "what the user can mend comes first: {}", said.err);
+    assert!(said.err.contains("ffmpeg") && said.err.contains("gone.csv") && said.out.contains("/rig"), "{}", said.err);
+}
+
+#[test]
 fn a_cut_bag_is_3_with_what_is_left_and_none_of_it_4() {
     let whole = bag();
     let folder = sitting(SESSION, &whole[..whole.len() / 2]);
@@ -175,9 +208,17 @@ fn a_cut_bag_is_3_with_what_is_left_and_none_of_it_4() {
     let lost: Vec<&Value> =
         told[0]["findings"].as_array().unwrap().iter().filter(|f| f["severity"] == "lost").collect();
     assert!(lost.iter().any(|f| f["kind"] == "truncated"), "{lost:?}");
-    let text = lost.iter().map(|f| f["text"].as_str().unwrap()).collect::<Vec<_>>().join("; ");
-    // Where it ends, how much of it is not read, and how far the data go.
-    assert!(text.contains("byte") && text.contains(" s"), "{text}");
+    // How far it was read, how much of it was not, and up to when.
+    let text = lost[0]["text"].as_str().unwrap();
+    let number = |before: &str, after: &str| -> f64 {
+        let (_, rest) = text.split_once(before).unwrap_or_else(|| panic!("{before}: {text}"));
+        rest.split_once(after).unwrap().0.parse().unwrap_or_else(|error| panic!("{error}: {text}"))
+    };
+    let read_to = number("it is read up to byte ", ",");
+    let unread = number(&format!("read up to byte {read_to}, "), " bytes behind");
+    assert!((read_to + unread - (whole.len() / 2) as f64).abs() < 0.5, "{text}");
+    let last = told[0]["tables"].as_array().unwrap().iter().filter_map(|t| t["to_s"].as_f64()).fold(0.0, f64::max);
+    assert!((number("was logged at ", " s") - last).abs() < 1e-3 && last > 0.1, "{text}, {last}");
 
     let folder = sitting(SESSION, &whole[..40]);
     let said = pneuval(folder.path(), &["inspect", "run.mcap"]);

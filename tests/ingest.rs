@@ -218,6 +218,16 @@ fn the_suggested_clock_gives_the_rate_that_was_logged() {
 }
 
 #[test]
+fn dates_that_go_back_are_told_in_a_short_log_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let times = ["23:58", "23:59", "00:00", "00:01", "00:02"];
+    let rows: Vec<String> = times.iter().enumerate().map(|(i, time)| format!("2024-03-05 {time},{i}\n")).collect();
+    fs::write(folder.path().join("night.csv"), format!("when,p\n{}", rows.concat())).unwrap();
+    let said = pneuval(folder.path(), &["inspect", "night.csv"]);
+    assert!(said.out.contains("`when`: time goes back once") && said.out.contains("(line 4)"), "{}", said.out);
+}
+
+#[test]
 fn mistakes_are_told_before_anything_is_written() {
     let folder = sitting();
     fs::remove_file(folder.path().join("A.log")).unwrap();

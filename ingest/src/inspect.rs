@@ -5,7 +5,7 @@ use crate::draft;
 use crate::finding::{Finding, Severity};
 use crate::formats::{self, Options};
 use crate::raw::RawFile;
-use crate::recording::{ColumnRef, Keep, Recording};
+use crate::recording::{ColumnRef, Keep, Recording, Table};
 
 /// A log up to this size is read again for its words.
 const WORDS_BYTES_MAX: u64 = 64 << 20;
@@ -19,7 +19,7 @@ pub struct Inspection {
     pub bytes: u64,
     /// Its SHA-256.
     pub sha256: String,
-    /// What it holds: summaries of columns, no cells.
+    /// What it holds: summaries of columns, and of short logs the words; its findings are below.
     pub recording: Recording,
     /// All findings: of the file, of its clocks, of its columns.
     pub findings: Vec<Finding>,
@@ -34,6 +34,12 @@ impl Inspection {
     }
 }
 
+/// The columns of words.
+fn words_of(table: &Table) -> impl Iterator<Item = ColumnRef> {
+    let text = table.columns.iter().filter(|column| column.summary.samples == 0);
+    text.map(|column| ColumnRef::Name(table.full_name(&column.name)))
+}
+
 /// Looks at a raw file; `name` is what a session.toml beside it would call it.
 ///
 /// # Errors
@@ -41,27 +47,25 @@ impl Inspection {
 pub fn inspect(raw: &RawFile, name: &str, options: &Options) -> Result<Inspection, IngestError> {
     let mut recording = formats::read(raw, options, Keep::Nothing)?;
     // Words may be stamps, and only all of them together tell in which order day and month stand.
-    let words = |recording: &Recording| -> Vec<ColumnRef> {
-        let tables = recording.tables.iter().filter(|table| table.clock.is_none());
-        let columns = tables.flat_map(|table| table.columns.iter().map(move |column| (table, column)));
-        let text = columns.filter(|(_, column)| column.summary.samples == 0);
-        text.map(|(table, column)| ColumnRef::Name(table.full_name(&column.name))).collect()
-    };
-    let asked = words(&recording);
-    if !asked.is_empty() && raw.len() <= WORDS_BYTES_MAX {
-        recording = formats::read(raw, options, Keep::Only(&asked))?;
+    let words: Vec<ColumnRef> =
+        recording.tables.iter().filter(|table| table.clock.is_none()).flat_map(words_of).collect();
+    if !words.is_empty() && raw.len() <= WORDS_BYTES_MAX {
+        recording = formats::read(raw, options, Keep::Only(&words))?;
     }
-    let mut findings = recording.findings.clone();
+    let mut findings = std::mem::take(&mut recording.findings);
     for table in &recording.tables {
         let time = table.time();
-        if let Some((column, clock)) = time.and_then(|column| Some((column, column.clock.as_ref()?))) {
-            findings.extend(clock.findings(raw.name(), &table.full_name(&column.name), &table.lines));
+        for column in &table.columns {
+            let name = table.full_name(&column.name);
+            match &column.clock {
+                Some(clock) if time.is_some_and(|time| std::ptr::eq(time, column)) => {
+                    findings.extend(clock.findings(raw.name(), &name, &table.lines));
+                }
+                // Other stamps of the same samples say nothing new.
+                Some(clock) if clock.is_forward() => {}
+                _ => findings.extend(column.summary.findings(raw.name(), &name, &table.lines)),
+            }
         }
-        let channels = table.columns.iter().filter(|column| column.clock.is_none());
-        findings.extend(
-            channels
-                .flat_map(|column| column.summary.findings(raw.name(), &table.full_name(&column.name), &table.lines)),
-        );
     }
     Ok(Inspection {
         file: raw.name().to_owned(),

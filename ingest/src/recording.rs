@@ -110,13 +110,20 @@ impl Column {
         }
         Self { name: name.to_owned(), unit: unit.map(str::to_owned), cells, summary: watch.finish(), clock: None }
     }
+
+    /// Whether it was watched as a clock and its stamps go forward.
+    pub fn is_forward(&self) -> bool {
+        self.clock.as_ref().is_some_and(ClockSummary::is_forward)
+    }
 }
 
 impl Table {
-    /// The column that is its clock: as the format says, or else the first that seems to be one.
+    /// The column that is its clock: as the format says, or else the first that goes forward as clocks do, or else the first that has a
+    /// unit of time, whatever its stamps do.
     pub fn time(&self) -> Option<&Column> {
         let own = self.clock.and_then(|clock| self.columns.get(clock));
-        own.or_else(|| self.columns.iter().find(|column| column.clock.as_ref().is_some_and(ClockSummary::is_forward)))
+        let watched = || self.columns.iter().filter(|column| column.clock.is_some());
+        own.or_else(|| watched().find(|column| column.is_forward())).or_else(|| watched().find(|c| c.unit.is_some()))
     }
 
     /// The column of a name.

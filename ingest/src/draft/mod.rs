@@ -42,7 +42,8 @@ pub struct Draft {
 pub fn draft(id: &str, logs: &[(String, Recording)], actuator: Option<&str>, chamber: Option<&str>) -> Option<Draft> {
     let (_, first) = logs.first()?;
     let mut guesses = Vec::new();
-    let mut parts = parts(logs, &mut guesses);
+    let recordings: Vec<&Recording> = logs.iter().map(|(_, log)| log).collect();
+    let mut parts = parts(&recordings, &mut guesses);
     let clock = take_clock(&mut parts, &mut guesses);
     if parts.len() < 2 {
         return None;
@@ -94,9 +95,8 @@ pub fn draft(id: &str, logs: &[(String, Recording)], actuator: Option<&str>, cha
 
 /// How a session would name what a file holds: its clock, channels and run. `inspect` shows it.
 pub fn block(file: &str, recording: &Recording) -> String {
-    let logs = [(file.to_owned(), recording.clone())];
     let mut guesses = Vec::new();
-    let mut parts = parts(&logs, &mut guesses);
+    let mut parts = parts(&[recording], &mut guesses);
     let clock = take_clock(&mut parts, &mut guesses);
     let mut out = String::new();
     if let Some(clock) = &clock {

@@ -75,9 +75,9 @@ impl Part<'_> {
 
 /// The columns of numbers; one without any number in all logs is told and left out, and so are those that tell time beside the
 /// table's own clock.
-pub(super) fn parts<'a>(logs: &'a [(String, Recording)], guesses: &mut Vec<String>) -> Vec<Part<'a>> {
+pub(super) fn parts<'a>(logs: &[&'a Recording], guesses: &mut Vec<String>) -> Vec<Part<'a>> {
     let (mut ids, mut parts) = (BTreeSet::new(), Vec::new());
-    let Some((_, first)) = logs.first() else { return parts };
+    let Some(first) = logs.first() else { return parts };
     for (t, table) in first.tables.iter().enumerate() {
         for (i, column) in table.columns.iter().enumerate() {
             let is_text = matches!(column.cells, Cells::Text(_)) || column.summary.samples == 0;
@@ -100,9 +100,9 @@ pub(super) fn parts<'a>(logs: &'a [(String, Recording)], guesses: &mut Vec<Strin
 }
 
 /// The smallest and the largest number of a column in all logs.
-fn range(logs: &[(String, Recording)], table: usize, column: usize) -> Option<(f64, f64)> {
+fn range(logs: &[&Recording], table: usize, column: usize) -> Option<(f64, f64)> {
     let of_log = |log: &Recording| log.tables.get(table)?.columns.get(column)?.summary.range;
-    let ranges = logs.iter().filter_map(|(_, log)| of_log(log));
+    let ranges = logs.iter().filter_map(|log| of_log(log));
     ranges.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
 }
 

@@ -1,6 +1,6 @@
 //! The recording of a file on its way into runs: which rows, which column, and its numbers, copied only where they are needed twice.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::reader::Reader;
 use crate::error::{IngestError, shown, suggestion};
@@ -17,7 +17,7 @@ pub(super) struct Log<'a> {
     /// As the manifest names it.
     pub file: &'a str,
     pub recording: Recording,
-    /// How often the numbers of a column are still asked for.
+    /// How often the numbers of a column are still asked for; empty where several runs share the file.
     asked: HashMap<ColumnId, usize>,
 }
 
@@ -54,19 +54,14 @@ impl Part {
 
     /// Where a sample stands, for sentences.
     pub fn place(&self, sample: usize) -> String {
-        match self.lines.line_of(sample) {
-            0 => format!("sample {sample}"),
-            line => format!("line {line}"),
-        }
+        self.lines.place(sample)
     }
 
     /// Stretches of samples, for a finding.
     pub fn spans(&self, samples: impl IntoIterator<Item = usize>) -> Vec<Span> {
         let mut spans = Vec::new();
         for sample in samples {
-            let line = self.lines.line_of(sample);
-            let span = Span { first_sample: sample, last_sample: sample, first_line: line, last_line: line };
-            finding::extend(&mut spans, span);
+            finding::extend(&mut spans, self.lines.span(sample, sample));
         }
         spans
     }
@@ -89,23 +84,22 @@ pub(super) fn columns_asked(manifest: &SessionManifest) -> Vec<ColumnRef> {
         columns.extend(
             topics.flat_map(|topic| stamp.names().iter().map(move |stamp| ColumnRef::Name(full_name(topic, stamp)))),
         );
-        let mut seen = HashSet::new();
-        columns.retain(|column| seen.insert(column.clone()));
     }
     columns.extend(manifest.runs.iter().filter_map(|run| Some(run.rows.as_ref()?.0.clone())));
     columns
 }
 
 impl<'a> Log<'a> {
-    /// A file's recording, with what `columns` ask of it once a run for each of `runs` runs.
-    pub fn new(file: &'a str, recording: Recording, columns: &[ColumnRef], runs: usize) -> Self {
-        let mut log = Self { file, recording, asked: HashMap::new() };
-        for column in columns {
-            if let Some(id) = log.find(column) {
-                *log.asked.entry(id).or_insert(0) += runs;
-            }
+    /// A file's recording.
+    pub fn new(file: &'a str, recording: Recording) -> Self {
+        Self { file, recording, asked: HashMap::new() }
+    }
+
+    /// Says how often the numbers of each column will be asked for in all: the last time they are moved, not copied.
+    pub fn expect(&mut self, columns: impl IntoIterator<Item = ColumnId>) {
+        for id in columns {
+            *self.asked.entry(id).or_insert(0) += 1;
         }
-        log
     }
 
     fn find(&self, column: &ColumnRef) -> Option<ColumnId> {
@@ -221,14 +215,14 @@ impl<'a> Log<'a> {
     /// The numbers of a column at the samples of a part: moved out of the recording where nothing else asks for them. A column that is
     /// mostly text is read all the same, if it was asked for: what is no number in it is a hole, and a finding.
     pub fn numbers(&mut self, id: ColumnId, part: &Part, run: &str, findings: &mut Vec<Finding>) -> Vec<f64> {
-        let left = self.asked.get_mut(&id).map_or(1, |left| {
-            *left = left.saturating_sub(1);
-            *left
+        let is_last = self.asked.get_mut(&id).is_some_and(|left| {
+            *left -= 1;
+            *left == 0
         });
         let table = &mut self.recording.tables[id.0];
         let column = &mut table.columns[id.1];
         match (&mut column.cells, &part.rows) {
-            (Cells::Numbers(values), Rows::All(_)) if left == 0 => return std::mem::take(values),
+            (Cells::Numbers(values), Rows::All(_)) if is_last => return std::mem::take(values),
             (Cells::Numbers(values), Rows::All(_)) => return values.clone(),
             (Cells::Numbers(values), Rows::Some(rows)) => return rows.iter().map(|&row| values[row]).collect(),
             (Cells::NotKept, _) => return vec![f64::NAN; part.samples()],

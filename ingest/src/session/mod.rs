@@ -21,7 +21,7 @@ use log::{Log, columns_asked};
 use reader::Reader;
 
 use crate::error::{IngestError, Place};
-use crate::finding::{self, Finding, FindingKind, LineMap, Severity, Span};
+use crate::finding::{self, Finding, FindingKind, LineMap, Severity};
 use crate::formats;
 use crate::manifest::{FileDigest, PointRule, Rig, SessionManifest};
 use crate::raw::RawFile;
@@ -122,7 +122,7 @@ impl FileRuns {
         let columns = columns_asked(manifest);
         let recording = formats::read(raw, &manifest.reader, Keep::Only(&columns))?;
         let specs: Vec<_> = manifest.runs.iter().enumerate().filter(|(_, spec)| spec.file == file).collect();
-        let mut log = Log::new(file, recording, &columns, specs.len());
+        let mut log = Log::new(file, recording);
         let of_values = reader.of_values(&log);
         // A sole run of the whole file leaves nothing, and shares nothing.
         let sole = specs.len() == 1 && specs.iter().all(|(_, spec)| spec.rows.is_none());
@@ -133,6 +133,9 @@ impl FileRuns {
             for part in parts.iter().filter(|_| !sole) {
                 let rows = log.table(part.table).rows;
                 reader.claim(spec, &log, part, claimed.entry(part.table).or_insert_with(|| vec![None; rows]))?;
+            }
+            if sole {
+                log.expect(reader.columns_of(&parts, &log)?);
             }
             let mut findings = Vec::new();
             let run = reader.run(spec, &mut log, &parts, &mut findings)?;
@@ -153,17 +156,11 @@ impl Session {
     /// [`IngestError::Malformed`] where the manifest and the logs do not fit together (a column, a unit, an instrument);
     /// [`IngestError::Unusable`] where no sample of a required channel is a number.
     pub fn load(manifest: SessionManifest, rig: Option<Rig>, open: OpenBeside) -> Result<Self, IngestError> {
-        let (mut files, mut raws) = (Vec::new(), Vec::new());
-        for name in manifest.files() {
-            let raw = open(name)?;
-            files.push(FileDigest { name: name.to_owned(), sha256: raw.sha256()? });
-            raws.push(raw);
-        }
-        check_files_differ(&manifest, &files)?;
+        let raws = open_files(&manifest, open)?;
         let (mut lost, mut of_files) = (Vec::new(), Vec::new());
         let mut runs: Vec<(usize, Run, Vec<Finding>)> = Vec::new();
         let mut unusable = None;
-        for (file, raw) in files.iter().zip(&raws) {
+        for (file, raw) in &raws {
             match FileRuns::read(&manifest, rig.as_ref(), &file.name, raw) {
                 Ok(mut read) => {
                     runs.append(&mut read.runs);
@@ -187,6 +184,7 @@ impl Session {
             })
             .collect();
         findings.append(&mut of_files);
+        let files = raws.into_iter().map(|(file, _)| file).collect();
         let session = Self { manifest, rig, runs, files, findings };
         if let Some(error) = unusable.filter(|_| session.runs.is_empty()) {
             return Err(error);
@@ -264,19 +262,27 @@ impl Session {
     }
 }
 
-/// Two logs of the same bytes are one log: they are no repeats.
+/// Opens every file of a session, each with its digest. Two logs of the same bytes are one log: they are no repeats.
 ///
 /// # Errors
-/// [`IngestError::Malformed`] at the second run that names them.
-pub fn check_files_differ(manifest: &SessionManifest, files: &[FileDigest]) -> Result<(), IngestError> {
-    for (i, file) in files.iter().enumerate() {
-        let Some(other) = files[..i].iter().find(|other| other.sha256 == file.sha256) else { continue };
+/// As `open`; [`IngestError::Malformed`] at the run that names the second of two equal files.
+pub fn open_files(
+    manifest: &SessionManifest,
+    open: OpenBeside,
+) -> Result<Vec<(FileDigest, RawFile<'static>)>, IngestError> {
+    let mut files: Vec<(FileDigest, RawFile)> = Vec::new();
+    for name in manifest.files() {
+        let raw = open(name)?;
+        files.push((FileDigest { name: name.to_owned(), sha256: raw.sha256()? }, raw));
+    }
+    for (i, (file, _)) in files.iter().enumerate() {
+        let Some((other, _)) = files[..i].iter().find(|(other, _)| other.sha256 == file.sha256) else { continue };
         let line = manifest.runs.iter().find(|run| run.file == file.name).map_or(1, |run| run.line);
         let found = format!("{}, byte for byte {}", crate::error::shown(&file.name), crate::error::shown(&other.name));
         let next = "remove the run, or name its log".to_owned();
         return Err(Reader { manifest, rig: None }.malformed(line, "a log of its own", &found, next));
     }
-    Ok(())
+    Ok(files)
 }
 
 /// Rows of a table that belong to no run.
@@ -286,8 +292,7 @@ fn unclaimed(log: &Log, table: usize, claimed: &[Option<&str>]) -> Option<Findin
     let lines = &log.table(table).lines;
     let mut spans = Vec::new();
     for &row in &rows {
-        let line = lines.line_of(row);
-        finding::extend(&mut spans, Span { first_sample: row, last_sample: row, first_line: line, last_line: line });
+        finding::extend(&mut spans, lines.span(row, row));
     }
     Some(Finding {
         kind: FindingKind::UnclaimedRows,

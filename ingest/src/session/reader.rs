@@ -26,6 +26,17 @@ struct Source<'a> {
     id: ColumnId,
 }
 
+/// The clock of a table.
+struct Clock {
+    column: ColumnId,
+    /// The unit that the session declares.
+    unit: Option<Unit>,
+    /// What is added where a counter starts anew, in s.
+    wrap_s: Option<f64>,
+    /// Where the session asks for it.
+    line: usize,
+}
+
 impl Reader<'_> {
     /// The samples of a run in each table of the log that a channel comes from, tables in the order in which channels name them.
     pub fn parts(&self, spec: &RunSpec, log: &Log) -> Result<Vec<Part>, IngestError> {
@@ -37,6 +48,18 @@ impl Reader<'_> {
             }
         }
         Ok(parts)
+    }
+
+    /// The column of every time that a run asks for numbers: of a channel, or of the clock of a part.
+    pub fn columns_of(&self, parts: &[Part], log: &Log) -> Result<Vec<ColumnId>, IngestError> {
+        let mut columns = Vec::new();
+        for channel in &self.manifest.channels {
+            columns.push(log.column(&channel.column, self, channel.line)?);
+        }
+        for part in parts {
+            columns.extend(self.clock(log, part.table)?.map(|clock| clock.column));
+        }
+        Ok(columns)
     }
 
     /// Every row belongs to one run: twice the same row is no repeat.
@@ -111,29 +134,10 @@ impl Reader<'_> {
         part: &Part,
         findings: &mut Vec<Finding>,
     ) -> Result<Option<Vec<f64>>, IngestError> {
-        let own = log.table(part.table).clock.map(|column| (part.table, column));
-        let (id, unit, wrap_s, line) = match &self.manifest.clock {
-            Some(ClockSpec::Rate(rate)) => {
-                return Ok(Some((0..part.samples()).map(|i| i as f64 / rate).collect()));
-            }
-            Some(ClockSpec::Column { column, unit, wrap_s, line }) => {
-                let id = log.column(column, self, *line)?;
-                // A column of one topic is no clock of another: that keeps its own.
-                if id.0 == part.table { (Some(id), *unit, *wrap_s, *line) } else { (own, None, None, *line) }
-            }
-            Some(ClockSpec::Stamp(stamp, line)) => {
-                let table = log.table(part.table);
-                let column = stamp.column(table).and_then(|name| table.columns.iter().position(|c| c.name == name));
-                let Some(column) = column else {
-                    let expected = format!("`{}` in {}", stamp.names().join("` or `"), shown(&table.name));
-                    let next = "take another `stamp`, or name a `column`".to_owned();
-                    return Err(self.malformed(*line, &expected, "no such field", next));
-                };
-                (Some((part.table, column)), None, None, *line)
-            }
-            None => (own, None, None, 1),
-        };
-        let Some(id) = id else { return Ok(None) };
+        if let Some(ClockSpec::Rate(rate)) = &self.manifest.clock {
+            return Ok(Some((0..part.samples()).map(|i| i as f64 / rate).collect()));
+        }
+        let Some(Clock { column: id, unit, wrap_s, line }) = self.clock(log, part.table)? else { return Ok(None) };
         let unit = self.unit(unit, log.at(id), line)?;
         self.check(unit, Dimension::Time, line)?;
         let name = log.table(id.0).full_name(&log.at(id).name);
@@ -154,6 +158,31 @@ impl Reader<'_> {
         findings.append(&mut odd);
         leave_forward(&mut stamps);
         Ok(Some(stamps))
+    }
+
+    /// The column that is the clock of a table: what the session says, or else the file's own.
+    fn clock(&self, log: &Log, table: usize) -> Result<Option<Clock>, IngestError> {
+        let here = log.table(table);
+        let own = here.clock.map(|column| Clock { column: (table, column), unit: None, wrap_s: None, line: 1 });
+        match &self.manifest.clock {
+            None => Ok(own),
+            Some(ClockSpec::Rate(_)) => Ok(None),
+            Some(ClockSpec::Column { column, unit, wrap_s, line }) => {
+                let column = log.column(column, self, *line)?;
+                // A column of one topic is no clock of another: that keeps its own.
+                let named = Clock { column, unit: *unit, wrap_s: *wrap_s, line: *line };
+                Ok(if column.0 == table { Some(named) } else { own })
+            }
+            Some(ClockSpec::Stamp(stamp, line)) => {
+                let column = stamp.column(here).and_then(|name| here.columns.iter().position(|c| c.name == name));
+                let Some(column) = column else {
+                    let expected = format!("`{}` in {}", stamp.names().join("` or `"), shown(&here.name));
+                    let next = "take another `stamp`, or name a `column`".to_owned();
+                    return Err(self.malformed(*line, &expected, "no such field", next));
+                };
+                Ok(Some(Clock { column: (table, column), unit: None, wrap_s: None, line: *line }))
+            }
+        }
     }
 
     /// The unit of a column: the manifest's, else the file's.
@@ -306,10 +335,15 @@ impl Reader<'_> {
         let mut finding = finding.clone();
         file.clone_into(&mut finding.file);
         let required = self.manifest.required();
-        let needed = |column: &str| {
-            let by_name = |c: &&ChannelSpec| c.column == ColumnRef::Name(column.to_owned());
-            let numbered = self.manifest.channels.iter().any(|c| matches!(c.column, ColumnRef::Number(_)));
-            numbered || self.manifest.channels.iter().filter(by_name).any(|c| required.contains(&c.id.as_str()))
+        // A finding names a column, or a topic with all its fields.
+        let needed = |named: &str| {
+            let is_named = |c: &&ChannelSpec| match &c.column {
+                ColumnRef::Number(_) => true,
+                ColumnRef::Name(name) => {
+                    name.strip_prefix(named).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+                }
+            };
+            self.manifest.channels.iter().filter(is_named).any(|c| required.contains(&c.id.as_str()))
         };
         match (finding.severity, finding.channel.as_deref()) {
             (Severity::Excluded, Some(column)) if !needed(column) => finding.severity = Severity::Note,

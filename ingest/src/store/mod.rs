@@ -25,7 +25,7 @@ use crate::finding::rate_hz;
 use crate::limits;
 use crate::manifest::{FileDigest, Rig, SessionManifest};
 use crate::raw::RawFile;
-use crate::session::{FileRuns, OpenBeside, Run, Stream, check_files_differ, unusable_file};
+use crate::session::{FileRuns, OpenBeside, Run, Stream, open_files, unusable_file};
 
 /// The name of the record in a store.
 pub const RECORD: &str = "session.json";
@@ -57,14 +57,7 @@ pub fn ingest(
     open: OpenBeside,
     root: &Path,
 ) -> Result<Stored, IngestError> {
-    let mut raws: Vec<(FileDigest, RawFile)> = Vec::new();
-    for name in manifest.files() {
-        let raw = open(name)?;
-        raws.push((FileDigest { name: name.to_owned(), sha256: raw.sha256()? }, raw));
-    }
-    let digests: Vec<FileDigest> = raws.iter().map(|(digest, _)| digest.clone()).collect();
-    check_files_differ(manifest, &digests)?;
-
+    let raws = open_files(manifest, open)?;
     fs::create_dir_all(root).map_err(|source| IngestError::write(root, source))?;
     let stored = store(manifest, rig, &raws, root);
     if stored.is_err() {

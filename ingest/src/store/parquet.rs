@@ -54,17 +54,20 @@ pub fn write_parquet(path: &Path, columns: &Columns) -> Result<(), IngestError> 
     let mut frame = DataFrame::new(height, columns).map_err(|e| parquet(e.to_string()))?;
 
     let file = File::create(path).map_err(|source| IngestError::write(path, source))?;
-    ParquetWriter::new(&file)
-        .with_compression(ParquetCompression::Zstd(None))
-        .with_row_group_size(Some(262_144))
-        .set_parallel(false)
-        .finish(&mut frame)
-        .map_err(|e| parquet(e.to_string()))?;
+    writer(&file).finish(&mut frame).map_err(|e| parquet(e.to_string()))?;
     file.sync_all().map_err(|source| IngestError::write(path, source))
 }
 
 /// Rows of a row group: what is in memory twice while a table is written.
 const GROUP_ROWS: usize = 262_144;
+
+/// Settings that give the same bytes on every machine.
+fn writer(file: &File) -> ParquetWriter<&File> {
+    ParquetWriter::new(file)
+        .with_compression(ParquetCompression::Zstd(None))
+        .with_row_group_size(Some(GROUP_ROWS))
+        .set_parallel(false)
+}
 
 /// Writes numeric columns of equal length as Parquet, zstd, a row group at a time: NaN as null, which programs leave out of means. The
 /// same bytes for the same columns.
@@ -79,12 +82,7 @@ pub fn write_table(path: &Path, columns: &[(String, &[f64])]) -> Result<(), Inge
     }
     let schema: Schema = columns.iter().map(|(name, _)| Field::new(name.as_str().into(), DataType::Float64)).collect();
     let file = File::create(path).map_err(|source| IngestError::write(path, source))?;
-    let mut writer = ParquetWriter::new(&file)
-        .with_compression(ParquetCompression::Zstd(None))
-        .with_row_group_size(Some(GROUP_ROWS))
-        .set_parallel(false)
-        .batched(&schema)
-        .map_err(|e| parquet(e.to_string()))?;
+    let mut writer = writer(&file).batched(&schema).map_err(|e| parquet(e.to_string()))?;
     for first in (0..rows).step_by(GROUP_ROWS) {
         let last = rows.min(first + GROUP_ROWS);
         let group = columns.iter().map(|(name, values)| column_of(name, &values[first..last])).collect();
