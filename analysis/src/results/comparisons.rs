@@ -126,7 +126,7 @@ pub enum PointStatus {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Point {
-    /// Line of the source.
+    /// Line of the source, from 1; 0 where the raw file has no lines.
     pub line: usize,
     /// Runs whose repeats it is the mean of; empty for a printed point.
     pub runs: Vec<String>,

@@ -137,7 +137,7 @@ pub struct RunRecord {
     pub samples: usize,
     /// From first to last stamp, s.
     pub span_s: Option<f64>,
-    /// Samples per second, from the median step.
+    /// Samples per second where none are missing; of several clocks the fastest.
     pub rate_hz: Option<f64>,
 }
 
