@@ -14,6 +14,7 @@ pub mod mcap;
 pub mod serial;
 mod sheet;
 pub mod stamps;
+pub mod tdms;
 pub mod tracker;
 pub mod transposed;
 
