@@ -48,6 +48,12 @@ pub const BYTE_COLUMNS_MAX: usize = 16;
 /// Bytes of a text that is kept as a cell.
 pub const TEXT_BYTES_MAX: usize = 256;
 
+/// Scales of a channel of a TDMS file.
+pub const TDMS_SCALES_MAX: usize = 256;
+
+/// Numbers in the tables and polynomials that scale a channel of a TDMS file. A group states them once for all its channels.
+pub const TDMS_SCALE_NUMBERS_MAX: usize = 1 << 13;
+
 /// Messages within messages.
 pub const NESTING_MAX: usize = 32;
 
