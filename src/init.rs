@@ -20,7 +20,7 @@ use crate::output;
 type Named = (String, Recording);
 
 /// Endings of files that may be logs.
-const ENDINGS: [&str; 7] = ["csv", "tsv", "txt", "log", "dat", "mcap", "mha"];
+const ENDINGS: [&str; 9] = ["csv", "tsv", "txt", "log", "dat", "lvm", "tdms", "mcap", "mha"];
 
 /// What was done, for the terminal and `--json`.
 #[derive(Serialize)]
@@ -122,11 +122,12 @@ fn is_bag(folder: &Path) -> bool {
     folder.join("metadata.yaml").is_file()
 }
 
-/// A log, looked at: of text every cell, which may name runs; of a bag, which may be large, the summaries.
+/// A log, looked at: of text every cell, which may name runs; of bags and streams, which may be large, the summaries.
 fn recording(path: &Path, name: &str) -> Result<Recording, IngestError> {
     let raw = RawFile::open(path, name, limits::LOG_BYTES_MAX)?;
     let options = Options::default();
-    let keep = if formats::detect(&raw)? == Format::Mcap { Keep::Nothing } else { Keep::All };
+    let is_large = matches!(formats::detect(&raw)?, Format::Mcap | Format::Tdms);
+    let keep = if is_large { Keep::Nothing } else { Keep::All };
     formats::read(&raw, &options, keep)
 }
 

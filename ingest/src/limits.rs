@@ -48,6 +48,18 @@ pub const BYTE_COLUMNS_MAX: usize = 16;
 /// Bytes of a text that is kept as a cell.
 pub const TEXT_BYTES_MAX: usize = 256;
 
+/// The metadata of a segment of a TDMS file: some thousands of channels with all their properties.
+pub const TDMS_METADATA_BYTES_MAX: u64 = 64 << 20;
+
+/// Groups and channels of a TDMS file; of the channels [`LOG_COLUMNS_MAX`] have values.
+pub const TDMS_OBJECTS_MAX: usize = 1 << 16;
+
+/// Properties of a TDMS file in memory.
+pub const TDMS_PROPERTIES_BYTES_MAX: usize = 64 << 20;
+
+/// Texts of a channel in a chunk of a TDMS file.
+pub const TDMS_TEXTS_BYTES_MAX: u64 = 64 << 20;
+
 /// Scales of a channel of a TDMS file.
 pub const TDMS_SCALES_MAX: usize = 256;
 

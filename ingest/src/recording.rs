@@ -298,9 +298,20 @@ impl Builder {
         }
     }
 
+    /// Looks at whole blocks: what is cut otherwise would have to be put together again.
     #[cold]
     fn flush(&mut self) {
-        let block = &self.values[self.watched..];
+        let whole = (self.values.len() - self.watched) / BLOCK * BLOCK;
+        self.watch(whole);
+        if self.keep {
+            self.watched += whole;
+        } else {
+            self.values.drain(..whole);
+        }
+    }
+
+    fn watch(&mut self, count: usize) {
+        let block = &self.values[self.watched..self.watched + count];
         self.watch.block(block);
         if let Some((unit, clock)) = &mut self.clock {
             let unit_s = unit.seconds(block);
@@ -312,16 +323,11 @@ impl Builder {
                 clock.block(&seconds[..block.len()]);
             }
         }
-        if self.keep {
-            self.watched = self.values.len();
-        } else {
-            self.values.clear();
-        }
     }
 
     /// The column.
     pub fn finish(mut self, name: String, unit: Option<String>) -> Column {
-        self.flush();
+        self.watch(self.values.len() - self.watched);
         let cells = if self.keep { Cells::Numbers(self.values) } else { Cells::NotKept };
         let clock = self.clock.map(|(_, clock)| clock.finish());
         Column { name, unit, cells, summary: self.watch.finish(), clock }

@@ -115,4 +115,8 @@ kinds! {
     CountMismatch = "count-mismatch",
     /// Elements of arrays that became no columns, or texts that became no cells.
     NotExpanded = "not-expanded",
+    /// A scale from raw values to measured ones that is not supported, or not whole.
+    UnsupportedScaling = "unsupported-scaling",
+    /// Counts of a converter, and no scale for them.
+    Unscaled = "unscaled",
 }

@@ -40,6 +40,8 @@ pub struct Options {
 pub enum Format {
     /// A bag of ROS 2 or another recording in an MCAP file, or a folder of such files.
     Mcap,
+    /// What LabVIEW and NI's drivers stream to, or its index.
+    Tdms,
     /// The sequence file of a PLUS toolkit's tracker.
     Plus,
     /// The log of a trakSTAR.
@@ -56,13 +58,14 @@ pub enum Format {
 
 impl Format {
     /// All formats, in the order in which they are tried.
-    pub const ALL: [Self; 7] =
-        [Self::Mcap, Self::Plus, Self::Trakstar, Self::Transposed, Self::Gauge, Self::Serial, Self::Csv];
+    pub const ALL: [Self; 8] =
+        [Self::Mcap, Self::Tdms, Self::Plus, Self::Trakstar, Self::Transposed, Self::Gauge, Self::Serial, Self::Csv];
 
     /// Its word in manifests.
     pub fn id(self) -> &'static str {
         match self {
             Self::Mcap => "mcap",
+            Self::Tdms => "tdms",
             Self::Plus => "plus",
             Self::Trakstar => "trakstar",
             Self::Transposed => "transposed",
@@ -94,13 +97,20 @@ fn text_head(raw: &RawFile) -> Result<TextHead, IngestError> {
 /// [`IngestError::Read`] if it cannot be read; [`IngestError::Unusable`] for a format that is known and not read, with the command
 /// that converts it.
 pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
-    if raw.parts().is_some() || mcap::is_mcap(&raw.head(64)?) {
+    if raw.parts().is_some() {
         return Ok(Format::Mcap);
+    }
+    let head = raw.head(64)?;
+    if mcap::is_mcap(&head) {
+        return Ok(Format::Mcap);
+    }
+    if tdms::is_tdms(&head) {
+        return Ok(Format::Tdms);
     }
     foreign::check(raw)?;
     let TextHead { bytes, is_whole } = text_head(raw)?;
     let is = |format: &Format| match format {
-        Format::Mcap => false,
+        Format::Mcap | Format::Tdms => false,
         Format::Plus => tracker::plus::looks_like(&bytes),
         Format::Trakstar => tracker::trakstar::looks_like(&bytes, is_whole),
         Format::Transposed => transposed::looks_like(&bytes, is_whole),
@@ -118,6 +128,7 @@ pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
 pub fn read(raw: &RawFile, options: &Options, keep: Keep) -> Result<Recording, IngestError> {
     let mut recording = match options.format.map_or_else(|| detect(raw), Ok)? {
         Format::Mcap => return mcap::read(raw, keep),
+        Format::Tdms => return tdms::read(raw, keep),
         Format::Plus => tracker::plus::read(raw, keep)?,
         Format::Trakstar => tracker::trakstar::read(raw, options.tracker, keep)?,
         Format::Transposed => transposed::read(raw, keep)?,

@@ -9,7 +9,7 @@ use crate::formats::stamps::rfc3339_second;
 const S_1904_TO_1970: i64 = 2_082_844_800;
 
 /// Units of 2^-64 s in a second.
-const FRACTIONS: f64 = 18_446_744_073_709_551_616.0;
+const FRACTIONS: f64 = (1_u128 << 64) as f64;
 
 /// An instant as LabVIEW stores it: whole seconds since 1904-01-01 00:00 UTC, and units of 2^-64 s.
 ///

@@ -1,0 +1,260 @@
+//! From channels to tables: those of a group that have as many values at the same times share one.
+
+use std::collections::{HashMap, HashSet};
+
+use super::channel::Channel;
+use super::objects::Objects;
+use super::reading::{Pass, unique};
+use super::timing::Axes;
+use super::unusable;
+use super::value::{Properties, Timestamp};
+use crate::IngestError;
+use crate::error::shown;
+use crate::finding::{Finding, FindingKind, LineMap, Severity};
+use crate::formats::csv::Decimal;
+use crate::raw::RawFile;
+use crate::recording::{Builder, ClockUnit, Keep, Recording, Table, full_name};
+
+use super::tell;
+
+/// Lines of metadata that are kept, and characters of each.
+const METADATA_LINES_MAX: usize = 10_000;
+const METADATA_CHARACTERS_MAX: usize = 400;
+
+/// Tables whose time axis is explained, and changes of an axis that are listed.
+const TOLD_MAX: usize = 20;
+
+/// The column of the times that a waveform states.
+const TIME: &str = "time";
+
+/// Channels that share their times.
+struct Group {
+    name: String,
+    stated: u64,
+    axes: Axes,
+    channels: Vec<Channel>,
+}
+
+/// What was read, as a recording.
+pub(super) fn recording(raw: &RawFile, pass: Pass, keep: Keep) -> Result<Recording, IngestError> {
+    let Pass { objects, channels, origin, tell, is_index, segments, is_scaled_late } = pass;
+    if is_index {
+        return Err(index(raw, &channels));
+    }
+    if let Some(channel) = channels.iter().find(|channel| channel.is_asked && channel.refused().is_some()) {
+        return Err(refused(raw, channel));
+    }
+    if !channels.is_empty() && channels.iter().all(|channel| channel.refused().is_some()) {
+        // The first of them stands for all.
+        return Err(channels.first().map_or_else(|| no_channel(raw), |channel| refused(raw, channel)));
+    }
+    if channels.is_empty() {
+        return Err(no_channel(raw));
+    }
+    let file = raw.name();
+    let mut findings = tell::channels(file, &channels);
+    let mut reasons = tell.reasons();
+    if is_scaled_late {
+        reasons.push("a scale is stated behind values that it belongs to; it holds for all of them".to_owned());
+    }
+    let shorter: Vec<(String, u64, u64)> = channels
+        .iter()
+        .filter(|channel| channel.values < channel.stated && channel.refused().is_none())
+        .map(|channel| (full_name(&channel.group, &channel.name), channel.values, channel.stated))
+        .collect();
+    findings.extend(tell.findings(file, raw.len(), &shorter));
+    reasons.insert(0, format!("it begins with `TDSm`; segments: {segments}"));
+
+    let mut names: HashMap<String, HashSet<String>> = HashMap::new();
+    for channel in &channels {
+        names.entry(channel.group.clone()).or_default().insert(channel.name.clone());
+    }
+    let mut tables = Vec::new();
+    for group in groups(channels) {
+        let taken = names.entry(group.name.clone()).or_default();
+        tables.push(table(group, &objects, origin, keep, taken, file, &mut reasons, &mut findings));
+    }
+    Ok(Recording {
+        format: "TDMS",
+        tables,
+        findings,
+        reasons,
+        metadata: metadata(&objects),
+        origin: origin.map(|seconds| Timestamp { seconds, fraction: 0 }.second()),
+    })
+}
+
+/// Channels by their times. Channels that state none join those of their group that are as many, if there is one such table.
+fn groups(channels: Vec<Channel>) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    let mut by_group: HashMap<String, Vec<usize>> = HashMap::new();
+    let mut without = Vec::new();
+    let mut order = Vec::new();
+    for (at, channel) in channels.into_iter().enumerate() {
+        let (stated, timings) = (channel.stated.max(channel.values), channel.timings.clone());
+        let axes = timings.finish(channel.values);
+        order.push((channel.object, at));
+        if axes.is_none() {
+            without.push((channel, stated, axes));
+            continue;
+        }
+        put(&mut groups, &mut by_group, channel, stated, axes, |group, axes| group.axes.is_alike(axes));
+    }
+    for (channel, stated, axes) in without {
+        let alike = |at: &&usize| groups.get(**at).is_some_and(|group| group.stated == stated && !group.axes.is_none());
+        let timed = by_group.get(&channel.group).map_or(0, |known| known.iter().filter(alike).count());
+        put(&mut groups, &mut by_group, channel, stated, axes, |group, _| timed == 1 || group.axes.is_none());
+    }
+    for group in &mut groups {
+        group.channels.sort_by_key(|channel| channel.object);
+    }
+    groups.sort_by_key(|group| group.channels.first().map(|channel| channel.object));
+    groups
+}
+
+fn put(
+    groups: &mut Vec<Group>,
+    by_group: &mut HashMap<String, Vec<usize>>,
+    channel: Channel,
+    stated: u64,
+    axes: Axes,
+    is_alike: impl Fn(&Group, &Axes) -> bool,
+) {
+    let known = by_group.entry(channel.group.clone()).or_default();
+    let fits = |at: &&usize| groups.get(**at).is_some_and(|group| group.stated == stated && is_alike(group, &axes));
+    let found = known.iter().find(fits).copied();
+    if let Some(group) = found.and_then(|at| groups.get_mut(at)) {
+        group.channels.push(channel);
+    } else {
+        known.push(groups.len());
+        groups.push(Group { name: channel.group.clone(), stated, axes, channels: vec![channel] });
+    }
+}
+
+#[allow(clippy::too_many_arguments)]
+fn table(
+    group: Group,
+    objects: &Objects,
+    origin: Option<i64>,
+    keep: Keep,
+    taken: &mut HashSet<String>,
+    file: &str,
+    reasons: &mut Vec<String>,
+    findings: &mut Vec<Finding>,
+) -> Table {
+    let Group { name, axes, channels, .. } = group;
+    let values = channels.iter().map(|channel| channel.values).max().unwrap_or(0);
+    // As many values as were counted while they were read.
+    let rows = usize::try_from(values).unwrap_or(usize::MAX);
+    let mut columns = Vec::new();
+    let mut clock = None;
+    if let Some(first) = axes.first() {
+        let (column, unit) = first.other.as_ref().map_or((TIME, "s"), |(name, unit)| (name.as_str(), unit.as_str()));
+        let column = unique(taken, column);
+        let full = full_name(&name, &column);
+        if reasons.len() < TOLD_MAX {
+            let step = first.increment.unwrap_or(0.0);
+            let start =
+                first.start.filter(|_| first.other.is_none()).map_or_else(String::new, |s| format!(" from {s}"));
+            reasons.push(format!("column {}: steps of {step} {unit}{start}, as the waveforms state", shown(&full)));
+        }
+        let changes: Vec<u64> = axes.changes().collect();
+        if !changes.is_empty() {
+            let at: Vec<String> = changes.iter().take(3).map(u64::to_string).collect();
+            let more = if changes.len() > 3 { ", ..." } else { "" };
+            let text = format!(
+                "column {}: the waveforms state another beginning or step at {} (sample {}{more}): the times follow it",
+                shown(&full),
+                if changes.len() == 1 { "one place".to_owned() } else { format!("{} places", changes.len()) },
+                at.join(", ")
+            );
+            let kind = FindingKind::ConflictingDefinition;
+            findings.push(finding(file, kind, Severity::Note, Some(full), changes.len(), text));
+        }
+        if first.other.is_none() {
+            clock = Some(0);
+        }
+        let builder = times(&axes, values, origin, keep.wants(&name), first.other.is_none());
+        columns.push(builder.finish(column, Some(unit.to_owned())));
+    }
+    for channel in channels {
+        let object = objects.get(channel.object);
+        let mut unique = |name: &str| unique(taken, name);
+        columns.extend(channel.finish(rows, object, &mut unique));
+    }
+    Table { name, schema: None, columns, rows, lines: LineMap::default(), clock, decimal: Decimal::Point }
+}
+
+/// The times of all samples.
+// Samples beyond 2^53 are more than any file holds.
+#[allow(clippy::cast_precision_loss)]
+fn times(axes: &Axes, values: u64, origin: Option<i64>, is_kept: bool, is_time: bool) -> Builder {
+    let mut times = if is_time { Builder::clock(is_kept, ClockUnit::Seconds(1.0)) } else { Builder::new(is_kept) };
+    times.reserve(usize::try_from(values).unwrap_or(0));
+    for (count, begin, step) in axes.runs(values, origin) {
+        let mut at = 0;
+        while at < count {
+            let end = count.min(at + 1024);
+            times.extend((at..end).map(|i| begin + i as f64 * step));
+            at = end;
+        }
+    }
+    times
+}
+
+/// Properties of the file, its groups and its channels as lines.
+fn metadata(objects: &Objects) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut add = |prefix: &str, properties: &Properties| {
+        for (name, value) in properties {
+            if lines.len() >= METADATA_LINES_MAX {
+                return;
+            }
+            let line = format!("{prefix}{name}: {value}");
+            lines.push(line.chars().take(METADATA_CHARACTERS_MAX).collect());
+        }
+    };
+    for object in objects.iter() {
+        match (&object.group, &object.channel) {
+            (None, _) => add("", &object.properties),
+            (Some(group), None) => add(&format!("{group}: "), &object.properties),
+            (Some(group), Some(channel)) => add(&format!("{}: ", full_name(group, channel)), &object.properties),
+        }
+    }
+    lines
+}
+
+fn finding(
+    file: &str,
+    kind: FindingKind,
+    severity: Severity,
+    channel: Option<String>,
+    count: usize,
+    text: String,
+) -> Finding {
+    Finding { kind, severity, file: file.to_owned(), channel, spans: vec![], count, text }
+}
+
+fn refused(raw: &RawFile, channel: &Channel) -> IngestError {
+    let name = shown(&full_name(&channel.group, &channel.name));
+    let why = channel.refused().unwrap_or_default();
+    let next = "let the program that measured write scaled values, or export the channel as text";
+    unusable(raw, "channels whose scale is known", format!("channel {name}: {why}"), next)
+}
+
+/// An index says what stands in the file beside it.
+fn index(raw: &RawFile, channels: &[Channel]) -> IngestError {
+    let values = channels.iter().fold(0_u64, |sum, channel| sum.saturating_add(channel.stated));
+    let found = format!(
+        "the index of one, which names {} channels with {values} values and holds none of them",
+        channels.len()
+    );
+    let beside = raw.name().strip_suffix("_index");
+    let next =
+        beside.map_or_else(|| "read the .tdms file beside it".to_owned(), |name| format!("read {name} beside it"));
+    unusable(raw, "a TDMS file", found, &next)
+}
+
+fn no_channel(raw: &RawFile) -> IngestError {
+    unusable(raw, "channels", "none".to_owned(), "is this the file you meant?")
+}

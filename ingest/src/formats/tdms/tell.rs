@@ -1,0 +1,212 @@
+//! What is odd about a file, and the sentences that tell it.
+
+use super::channel::Channel;
+use crate::error::shown;
+use crate::finding::places::{Firsts, zero_bytes};
+use crate::finding::{Finding, FindingKind, Severity};
+use crate::recording::full_name;
+
+/// Channels named in a sentence.
+const NAMED_MAX: usize = 3;
+
+/// How the usable part of a file ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Cut {
+    /// Within the lead-in of a segment.
+    InLead,
+    /// Within the metadata of a segment.
+    InMetadata { stated: u64, there: u64 },
+    /// Within its values; `stated` is unknown where the writer did not come to say it.
+    InData { stated: Option<u64>, there: u64 },
+    /// Something else stands where a segment should begin.
+    NoSegment,
+    /// Nothing but zero bytes stand there.
+    Zeros,
+    /// The segment is not what it should be.
+    Damaged(String),
+}
+
+/// What was odd.
+#[derive(Debug, Default)]
+pub(super) struct Tell {
+    /// Objects that were looked at so far.
+    pub objects: usize,
+    cut: Option<(u64, Cut)>,
+    unexplained: Firsts,
+    unexplained_bytes: u64,
+    versions: Vec<u32>,
+    bad_texts: Vec<(String, usize)>,
+}
+
+impl Tell {
+    pub fn lost(&mut self, at: u64, cut: Cut) {
+        self.cut = Some((at, cut));
+    }
+
+    /// Bytes of a segment that belong to no channel.
+    pub fn unexplained(&mut self, at: u64, bytes: u64) {
+        self.unexplained_bytes += bytes;
+        self.unexplained.add(|| format!("the segment at byte {at}: {}", count(bytes, "byte", "bytes")));
+    }
+
+    pub fn version(&mut self, version: u32) {
+        if !self.versions.contains(&version) && self.versions.len() < NAMED_MAX {
+            self.versions.push(version);
+        }
+    }
+
+    /// Texts of a chunk whose lengths do not fit.
+    pub fn bad_texts(&mut self, channel: &str, texts: usize) {
+        match self.bad_texts.iter_mut().find(|(name, _)| name == channel) {
+            Some((_, count)) => *count += texts,
+            None => self.bad_texts.push((channel.to_owned(), texts)),
+        }
+    }
+
+    /// Sentences that are no findings.
+    pub fn reasons(&self) -> Vec<String> {
+        let of =
+            |version: &u32| format!("it says that it is of version {version} of the format, which is read as 4713");
+        self.versions.iter().map(of).collect()
+    }
+
+    /// What is odd about the file; `shorter` names the channels that its end has made shorter than others, with the values that are
+    /// there and those that the last chunk states.
+    pub fn findings(self, file: &str, length: u64, shorter: &[(String, u64, u64)]) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        let mut tell = |kind, severity, channel: Option<String>, count: usize, text| {
+            findings.push(Finding { kind, severity, file: file.to_owned(), channel, spans: vec![], count, text });
+        };
+        if let Some((at, cut)) = self.cut {
+            let behind = length.saturating_sub(at);
+            let kept = "what stands before it is read";
+            let (kind, text) = match cut {
+                Cut::InLead => {
+                    let text = format!("the file ends within the lead-in of the segment at byte {at}: {kept}");
+                    (FindingKind::Truncated, text)
+                }
+                Cut::InMetadata { stated, there } => {
+                    let text = format!(
+                        "the file ends within the metadata of the segment at byte {at}, {there} of {stated} bytes: {kept}"
+                    );
+                    (FindingKind::Truncated, text)
+                }
+                Cut::InData { stated, there } => (FindingKind::Truncated, in_data(at, stated, there, shorter)),
+                Cut::Zeros => (FindingKind::Truncated, zero_bytes(behind)),
+                Cut::NoSegment => {
+                    let text = format!(
+                        "no segment begins at byte {at}, where one should: {kept}, the {} behind it are not",
+                        count(behind, "byte", "bytes")
+                    );
+                    (FindingKind::BadRecord, text)
+                }
+                Cut::Damaged(what) => {
+                    let text = format!(
+                        "the segment at byte {at} cannot be used, {what}: {kept}; the {behind} bytes from there on are not, for without it \
+                         nobody knows when later values were taken"
+                    );
+                    (FindingKind::BadRecord, text)
+                }
+            };
+            tell(kind, Severity::Lost, None, 1, text);
+        }
+        if self.unexplained.count > 0 {
+            let bytes = count(self.unexplained_bytes, "byte", "bytes");
+            let text = format!("{bytes} of raw data belong to no channel ({}); left out", self.unexplained.listed());
+            tell(FindingKind::CountMismatch, Severity::Lost, None, self.unexplained.count, text);
+        }
+        for (channel, texts) in self.bad_texts {
+            let name = shown(&channel);
+            let texts_are = if texts == 1 { "text does" } else { "texts do" };
+            let text = format!("channel {name}: {texts} {texts_are} not end where the file says; left empty");
+            tell(FindingKind::BadRecord, Severity::Lost, Some(channel), texts, text);
+        }
+        findings
+    }
+}
+
+fn in_data(at: u64, stated: Option<u64>, there: u64, shorter: &[(String, u64, u64)]) -> String {
+    let begin = match stated {
+        Some(stated) => {
+            format!(
+                "the file ends within the values of the segment at byte {at}, {there} of {stated} bytes: whole values are kept"
+            )
+        }
+        None => format!(
+            "the last segment, at byte {at}, was never closed, as when the program that wrote it stops: the {there} bytes of values that \
+             are there are kept, and how many were meant is not known"
+        ),
+    };
+    let named = |(name, values, stated): &(String, u64, u64)| {
+        format!("{} has {values} values of the {stated} that its last chunk states", shown(name))
+    };
+    let first: Vec<String> = shorter.iter().take(NAMED_MAX).map(named).collect();
+    match shorter.len() {
+        0 => begin,
+        many if many > NAMED_MAX => format!("{begin}; {}; and {} more", first.join("; "), many - NAMED_MAX),
+        _ => format!("{begin}; {}", first.join("; ")),
+    }
+}
+
+/// `1 byte`, `2 bytes`.
+fn count(count: u64, one: &str, many: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
+}
+
+/// Names in a sentence: `` `a`, `b`, `c` and 4 more ``.
+fn listed(names: &[String]) -> String {
+    let first: Vec<String> = names.iter().take(NAMED_MAX).map(|name| shown(name)).collect();
+    match names.len().saturating_sub(NAMED_MAX) {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
+/// What is odd about the values of channels.
+pub(super) fn channels(file: &str, channels: &[Channel]) -> Vec<Finding> {
+    let name = |channel: &Channel| full_name(&channel.group, &channel.name);
+    // Sixty-four thermocouples are one finding.
+    let mut refused: Vec<(&str, Vec<String>, u64)> = Vec::new();
+    for channel in channels {
+        let Some(why) = channel.refused() else { continue };
+        match refused.iter_mut().find(|(known, ..)| *known == why) {
+            Some((_, names, values)) => {
+                names.push(name(channel));
+                *values = (*values).max(channel.values);
+            }
+            None => refused.push((why, vec![name(channel)], channel.values)),
+        }
+    }
+    let unscaled: Vec<String> = channels.iter().filter(|channel| channel.is_unscaled()).map(name).collect();
+    let mut findings = Vec::new();
+    let mut tell = |kind, severity, names: &[String], text| {
+        let channel = if let [one] = names { Some(one.clone()) } else { None };
+        findings.push(Finding {
+            kind,
+            severity,
+            file: file.to_owned(),
+            channel,
+            spans: vec![],
+            count: names.len(),
+            text,
+        });
+    };
+    for (why, names, values) in refused {
+        let channels = if names.len() == 1 { "channel" } else { "channels" };
+        let its = if names.len() == 1 { "its" } else { "their" };
+        let text = format!(
+            "{channels} {}: {why}; {its} {values} values are left out, for raw numbers would look like measured ones",
+            listed(&names)
+        );
+        tell(FindingKind::UnsupportedScaling, Severity::Lost, &names, text);
+    }
+    if !unscaled.is_empty() {
+        let (channels, hold) = if unscaled.len() == 1 { ("channel", "holds") } else { ("channels", "hold") };
+        let text = format!(
+            "{channels} {} {hold} counts of a DAQ card, and the file states no scale for them",
+            listed(&unscaled)
+        );
+        tell(FindingKind::Unscaled, Severity::Note, &unscaled, text);
+    }
+    findings
+}
