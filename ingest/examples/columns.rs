@@ -18,6 +18,18 @@ fn cpu_s() -> f64 {
     (ticks(11) + ticks(12)) / 100.0
 }
 
+/// The sum of all finite numbers, formed side by side as other readers' arrays do it.
+fn sum(numbers: &[f64]) -> f64 {
+    let (eights, rest) = numbers.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for eight in eights {
+        for (sum, number) in sums.iter_mut().zip(eight) {
+            *sum += if number.is_finite() { *number } else { 0.0 };
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().filter(|number| number.is_finite()).sum::<f64>()
+}
+
 fn main() {
     let mut args = std::env::args().skip(1);
     let path = args.next().expect("usage: columns FILE [all|nothing|COLUMN..]");
@@ -34,7 +46,7 @@ fn main() {
     let rows: usize = recording.tables.iter().map(|table| table.rows).sum();
     // Stamps are large and would hide everything else.
     let values = recording.tables.iter().flat_map(|table| &table.columns).filter(|c| c.unit.as_deref() != Some("s"));
-    let sum: f64 = values.filter_map(|c| c.cells.numbers()).flatten().filter(|value| value.is_finite()).sum();
+    let sum: f64 = values.filter_map(|c| c.cells.numbers()).map(sum).sum();
     let (wall, cpu) = (wall.elapsed().as_secs_f64(), cpu_s() - cpu);
     println!(
         "{{\"name\":\"columns\",\"wall\":{wall:.6},\"cpu\":{cpu:.3},\"items\":{rows},\"check\":{sum},\"findings\":{}}}",

@@ -65,6 +65,9 @@ impl Layout {
         for (channel, index) in with_data {
             let RawIndex { data_type, count, text_bytes, daqmx } = index;
             let (data_type, count) = (*data_type, *count);
+            if count == 0 && daqmx.is_some() {
+                continue;
+            }
             if let Some(card) = daqmx {
                 cards.push((channel, count, card));
                 pieces.push(Piece { channel, data_type, count, bytes: 0 });

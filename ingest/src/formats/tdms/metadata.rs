@@ -74,7 +74,7 @@ pub(super) struct Scaler {
     pub buffer: usize,
     /// Bytes from the beginning of a row of the buffer.
     pub offset: usize,
-    /// The line of a digital port: a bit of that byte, or of the last one where the high byte stands first.
+    /// The line of a digital port: a bit of that byte.
     pub bit: Option<u32>,
 }
 
@@ -244,9 +244,11 @@ impl<'b> Cursor<'b> {
             let _ = if is_digital { self.u8()?.into() } else { self.u32()? };
             let id = self.u32()?;
             let (offset, bit) = if is_digital {
-                // The line counts from the lowest bit of the value.
-                let behind = if self.big_endian { of.width().unwrap_or(1).saturating_sub(1) } else { 0 };
-                (place / 8 + behind, u32::try_from(place % 8).ok())
+                // Lines count from the lowest bit of the value, which stands in its last byte where the high byte is first.
+                let (byte, width) = (place / 8, of.width().unwrap_or(1).max(1));
+                let begin = byte / width * width;
+                let byte = if self.big_endian { begin + (width - 1) - (byte - begin) } else { byte };
+                (byte, u32::try_from(place % 8).ok())
             } else {
                 (place, None)
             };

@@ -278,7 +278,6 @@ impl Reading<'_> {
             return Ok(());
         }
         let stated = lead.next.map(|next| next - lead.raw);
-        task.size()?;
         match &layout.shape {
             Shape::Interleaved { width } => task.rows(bytes / width, *width)?,
             Shape::Contiguous => {
@@ -306,6 +305,9 @@ impl Reading<'_> {
             Shape::Interleaved { width } => bytes % width,
             _ => bytes - bytes.min(stream.offset() - at - LEAD_BYTES as u64 - lead.raw),
         };
+        if is_whole && layout.shape == Shape::Contiguous && bytes % layout.chunk_bytes != 0 {
+            tell.short_chunk(at, bytes % layout.chunk_bytes, layout.chunk_bytes);
+        }
         if !is_whole {
             tell.lost(at, Cut::InData { stated, there: bytes });
         } else if over > 0 {
@@ -460,7 +462,7 @@ impl Task<'_, '_> {
             }
             channel.values += whole - left;
             self.stream.skip(bytes - whole * width as u64)?;
-            self.add_cells(piece.channel, whole)
+            self.sink.add(self.raw, piece.channel, whole)
         } else {
             channel.values += whole;
             self.stream.skip(bytes)?;
@@ -501,7 +503,7 @@ impl Task<'_, '_> {
         }
         channel.values += whole as u64;
         self.stream.consume(length);
-        self.add_cells(piece.channel, whole as u64)
+        self.sink.add(self.raw, piece.channel, whole as u64)
     }
 
     /// Rows with a value of each channel.
@@ -512,20 +514,21 @@ impl Task<'_, '_> {
             let window = self.stream.at_least(stride)?;
             let fit = (window.len().min(STEP.max(stride)) / stride).min(usize::try_from(left).unwrap_or(usize::MAX));
             let Some(bytes) = window.get(..fit * stride).filter(|bytes| !bytes.is_empty()) else { break };
+            // Counted before they are taken: many channels of few bytes must not fill the memory.
+            for piece in &self.layout.pieces {
+                self.sink.add(self.raw, piece.channel, fit as u64)?;
+            }
             let mut offset = 0;
             for piece in &self.layout.pieces {
                 let Some(channel) = self.sink.channels.get_mut(piece.channel) else { continue };
                 let values = Values { bytes, stride, offset, big_endian: self.layout.big_endian };
                 channel.push(values, piece.data_type, &mut self.sink.shared);
                 channel.values += fit as u64;
+                channel.stated += fit as u64;
                 offset += piece.data_type.width().unwrap_or(0);
             }
             self.stream.consume(fit * stride);
             left -= fit as u64;
-            for piece in &self.layout.pieces {
-                self.state(piece.channel, fit as u64);
-                self.add_cells(piece.channel, fit as u64)?;
-            }
         }
         Ok(())
     }
@@ -546,6 +549,9 @@ impl Task<'_, '_> {
                 let fit =
                     (window.len().min(STEP.max(stride)) / stride).min(usize::try_from(left).unwrap_or(usize::MAX));
                 let Some(rows) = window.get(..fit * stride).filter(|rows| !rows.is_empty()) else { break };
+                for tap in buffer.taps.iter().filter(|tap| tap.scaler == 0) {
+                    self.sink.add(self.raw, tap.channel, fit as u64)?;
+                }
                 for tap in &buffer.taps {
                     let Some(channel) = self.sink.channels.get_mut(tap.channel) else { continue };
                     let values = Values { bytes: rows, stride, offset: tap.offset, big_endian: self.layout.big_endian };
@@ -556,9 +562,6 @@ impl Task<'_, '_> {
                 }
                 self.stream.consume(fit * stride);
                 left -= fit as u64;
-                for tap in buffer.taps.iter().filter(|tap| tap.scaler == 0) {
-                    self.add_cells(tap.channel, fit as u64)?;
-                }
             }
             self.stream.skip(over)?;
         }
@@ -570,27 +573,26 @@ impl Task<'_, '_> {
             channel.stated += count;
         }
     }
+}
 
-    fn add_cells(&mut self, channel: usize, count: u64) -> Result<(), IngestError> {
-        let Some(channel) = self.sink.channels.get(channel) else { return Ok(()) };
+impl Sink {
+    /// Counts values of a channel, and says where there are too many.
+    fn add(&mut self, raw: &RawFile, channel: usize, count: u64) -> Result<(), IngestError> {
+        let Some(channel) = self.channels.get(channel) else { return Ok(()) };
         let cells = count * channel.cells();
-        self.sink.cells += cells;
+        self.cells += cells;
         if channel.is_kept {
-            self.sink.kept += cells;
+            self.kept += cells;
         }
-        self.size()
-    }
-
-    fn size(&self) -> Result<(), IngestError> {
-        let Sink { cells, kept, cells_max, .. } = *self.sink;
+        let Self { cells, kept, cells_max, .. } = *self;
         if kept > LOG_CELLS_MAX as u64 {
             let next = "ask for fewer channels, or split the file";
-            return Err(unusable(self.raw, &format!("at most {LOG_CELLS_MAX} values"), format!("{kept} so far"), next));
+            return Err(unusable(raw, &format!("at most {LOG_CELLS_MAX} values"), format!("{kept} so far"), next));
         }
         if cells > cells_max {
             let found = format!("{cells} so far: many channels take the same bytes");
             let next = "is this a log of channels? Split it";
-            return Err(unusable(self.raw, &format!("at most {cells_max} values in so many bytes"), found, next));
+            return Err(unusable(raw, &format!("at most {cells_max} values in so many bytes"), found, next));
         }
         Ok(())
     }

@@ -189,7 +189,9 @@ fn table(
 // Samples beyond 2^53 are more than any file holds.
 #[allow(clippy::cast_precision_loss)]
 fn times(axes: &Axes, values: u64, origin: Option<i64>, is_kept: bool, is_time: bool) -> Builder {
-    let mut times = if is_time { Builder::clock(is_kept, ClockUnit::Seconds(1.0)) } else { Builder::new(is_kept) };
+    // What is kept can be looked at later.
+    let is_watched = is_time && !is_kept;
+    let mut times = if is_watched { Builder::clock(false, ClockUnit::Seconds(1.0)) } else { Builder::new(is_kept) };
     times.reserve(usize::try_from(values).unwrap_or(0));
     for (count, begin, step) in axes.runs(values, origin) {
         let mut at = 0;

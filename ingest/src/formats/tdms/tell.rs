@@ -34,6 +34,7 @@ pub(super) struct Tell {
     cut: Option<(u64, Cut)>,
     unexplained: Firsts,
     unexplained_bytes: u64,
+    short_chunks: Firsts,
     versions: Vec<u32>,
     bad_texts: Vec<(String, usize)>,
 }
@@ -47,6 +48,11 @@ impl Tell {
     pub fn unexplained(&mut self, at: u64, bytes: u64) {
         self.unexplained_bytes += bytes;
         self.unexplained.add(|| format!("the segment at byte {at}: {}", count(bytes, "byte", "bytes")));
+    }
+
+    /// A last chunk that is shorter than the others of a segment that is whole.
+    pub fn short_chunk(&mut self, at: u64, there: u64, stated: u64) {
+        self.short_chunks.add(|| format!("the segment at byte {at}: {there} of {stated} bytes"));
     }
 
     pub fn version(&mut self, version: u32) {
@@ -114,6 +120,14 @@ impl Tell {
             let bytes = count(self.unexplained_bytes, "byte", "bytes");
             let text = format!("{bytes} of raw data belong to no channel ({}); left out", self.unexplained.listed());
             tell(FindingKind::CountMismatch, Severity::Lost, None, self.unexplained.count, text);
+        }
+        if self.short_chunks.count > 0 {
+            let chunks = count(self.short_chunks.count as u64, "last chunk is", "last chunks are");
+            let text = format!(
+                "{chunks} shorter than the metadata say though the segment is whole ({}): every channel has its share",
+                self.short_chunks.listed()
+            );
+            tell(FindingKind::CountMismatch, Severity::Note, None, self.short_chunks.count, text);
         }
         for (channel, texts) in self.bad_texts {
             let name = shown(&channel);
