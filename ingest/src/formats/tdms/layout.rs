@@ -77,17 +77,6 @@ impl Layout {
                 Some(width) => count.checked_mul(width as u64).ok_or_else(too_large)?,
                 None => *text_bytes,
             };
-            if data_type == DataType::Text {
-                // Each text has at least the four bytes that say where it ends.
-                if bytes > TDMS_TEXTS_BYTES_MAX {
-                    return Err(format!(
-                        "{bytes} bytes of text in a chunk of a channel; at most {TDMS_TEXTS_BYTES_MAX} are read"
-                    ));
-                }
-                if count.checked_mul(4).is_none_or(|offsets| offsets > bytes) {
-                    return Err(format!("{count} texts in {bytes} bytes, which do not hold their lengths"));
-                }
-            }
             if count > 0 || bytes > 0 {
                 chunk_bytes = chunk_bytes.checked_add(bytes).ok_or_else(too_large)?;
                 pieces.push(Piece { channel, data_type, count, bytes });
@@ -106,8 +95,21 @@ impl Layout {
             return Ok(Self { shape: Shape::Daqmx(buffers), pieces, chunk_bytes, big_endian });
         }
         let shape = if lead.is_interleaved() { interleaved(&pieces)? } else { Shape::Contiguous };
+        pieces.iter().filter(|piece| piece.data_type == DataType::Text).try_for_each(check_texts)?;
         Ok(Self { shape, pieces, chunk_bytes, big_endian })
     }
+}
+
+fn check_texts(piece: &Piece) -> Result<(), String> {
+    let Piece { count, bytes, .. } = piece;
+    if *bytes > TDMS_TEXTS_BYTES_MAX {
+        return Err(format!("{bytes} bytes of text in a chunk of a channel; at most {TDMS_TEXTS_BYTES_MAX} are read"));
+    }
+    // Each text has at least the four bytes that say where it ends.
+    if count.checked_mul(4).is_none_or(|ends| ends > *bytes) {
+        return Err(format!("{count} texts in {bytes} bytes, which do not hold their lengths"));
+    }
+    Ok(())
 }
 
 fn interleaved(pieces: &[Piece]) -> Result<Shape, String> {

@@ -244,9 +244,14 @@ impl Reading<'_> {
             if let Some(channel) = channel
                 && TIMING.contains(&name.as_str())
                 && let Some(object) = objects.get(*object)
-                && !channel.timings.set(channel.values, Timing::of(&object.properties))
             {
-                return Err("the time axis of a channel changes too often to be followed".to_owned());
+                let timing = Timing::of(&object.properties);
+                if let Some(start) = timing.start {
+                    sink.shared.origin.get_or_insert(start.seconds);
+                }
+                if !channel.timings.set(channel.values, timing) {
+                    return Err("the time axis of a channel changes too often to be followed".to_owned());
+                }
             }
         }
         for (channel, index) in &indexes {
@@ -256,11 +261,6 @@ impl Reading<'_> {
                     let name = full_name(&channel.group, &channel.name);
                     format!("{}: {what}", crate::error::shown(&name))
                 })?;
-                if let Some(start) =
-                    &objects.get(channel.object).and_then(|object| Timing::of(&object.properties).start)
-                {
-                    sink.shared.origin.get_or_insert(start.seconds);
-                }
             }
         }
         self.layout = Some(Layout::new(lead, indexes.into_iter())?);
@@ -373,7 +373,7 @@ impl Reading<'_> {
     fn damaged(&mut self, at: u64, what: String) -> Result<bool, IngestError> {
         if self.segments == 0 {
             let next = "is this the file you meant? Read it with the program that wrote it";
-            return Err(unusable(self.raw, "a segment of a TDMS file", format!("in the first one {what}"), next));
+            return Err(unusable(self.raw, "a segment of a TDMS file", format!("a first segment that cannot be used: {what}"), next));
         }
         self.tell.lost(at, Cut::Damaged(what));
         Ok(false)
