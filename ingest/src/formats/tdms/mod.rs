@@ -3,5 +3,7 @@
 #[cfg_attr(not(test), expect(dead_code, reason = "the reader is not here yet"))]
 mod scaling;
 mod value;
+mod write;
 
 pub use value::{Properties, Timestamp, Value};
+pub use write::{Metadata, Number, UNTITLED, WriteOptions, write, write_index};
