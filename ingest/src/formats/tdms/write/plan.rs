@@ -299,14 +299,15 @@ pub(super) fn count(number: f64, slope: f64, intercept: f64) -> Option<i16> {
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub(super) fn origin_plus(origin: Timestamp, seconds: f64) -> Option<Timestamp> {
     const FRACTIONS: f64 = 65_536.0 * 65_536.0 * 65_536.0 * 65_536.0;
-    let whole = seconds.floor();
+    // Towards 0, so that the part that is left has all its digits.
+    let whole = seconds.trunc();
     // Beyond it neither the sum nor the file has room.
     if seconds.is_nan() || whole.abs() >= (1_u64 << 62) as f64 {
         return None;
     }
     let part = ((seconds - whole) * FRACTIONS).round() as i128;
     let origin = (i128::from(origin.seconds) << 64) + i128::from(origin.fraction);
-    let sum = origin + (i128::from(whole as i64) << 64) + part;
+    let sum = origin.checked_add((i128::from(whole as i64) << 64) + part)?;
     let fraction = (sum & i128::from(u64::MAX)) as u64;
     i64::try_from(sum >> 64).ok().map(|seconds| Timestamp { seconds, fraction })
 }
@@ -335,12 +336,12 @@ impl Waveform {
 
 /// The waveform of stamps that are even: `offset + i * increment` gives each within two roundings of the largest.
 ///
-/// Of the increments that do it the one with the shortest digits is taken, as it was probably asked of the instrument.
+/// An increment of up to 12 digits that does it was probably asked of the instrument; else it is the mean.
 fn even(stamps: &[f64]) -> Option<Waveform> {
     let [first, .., last] = stamps else { return None };
     let within = 2.0 * f64::EPSILON * first.abs().max(last.abs());
     let mean = (last - first) / (stamps.len() - 1) as f64;
-    let rounded = (0..=16).filter_map(|digits| format!("{mean:.digits$e}").parse::<f64>().ok());
+    let rounded = (0..12).filter_map(|digits| format!("{mean:.digits$e}").parse::<f64>().ok()).chain([mean]);
     let is_even = |increment: &f64| {
         let stamp = |i: usize| first + i as f64 * increment;
         stamps.iter().enumerate().all(|(i, s)| (s - stamp(i)).abs() <= within)
@@ -366,11 +367,11 @@ mod tests {
         assert_eq!(increment(&clock(30_001, |i| i / 30_000.0)), Some(1.0 / 30_000.0));
         assert_eq!(increment(&clock(2, |i| 5.0 - i)), None);
         assert_eq!((increment(&[]), increment(&[1.0]), increment(&[1.0, 1.0])), (None, None, None));
-        // A nanosecond of jitter in one stamp of an hour, and a hole.
-        let mut stamps = clock(3_600_000, |i| i / 1000.0);
-        stamps[1_800_000] += 1e-9;
+        // A nanosecond of jitter in one stamp of six minutes, and a hole.
+        let mut stamps = clock(360_000, |i| i / 1000.0);
+        stamps[180_000] += 1e-9;
         assert_eq!(increment(&stamps), None);
-        stamps[1_800_000] = f64::NAN;
+        stamps[180_000] = f64::NAN;
         assert_eq!(increment(&stamps), None);
         assert_eq!(increment(&[f64::NAN, 1.0, f64::NAN]), None);
         assert_eq!(increment(&[f64::MIN, 0.0, f64::MAX]), None);
