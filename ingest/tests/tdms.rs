@@ -52,12 +52,12 @@ fn every_type_of_number_in_both_orders_and_both_layouts() {
         (1, vec![vec![0x80], vec![0x7f]], [-128.0, 127.0]),
         (2, vec![i16::MIN.to_le_bytes().to_vec(), 258_i16.to_le_bytes().to_vec()], [-32768.0, 258.0]),
         (3, vec![i32::MIN.to_le_bytes().to_vec(), 66_051_i32.to_le_bytes().to_vec()], [-2_147_483_648.0, 66_051.0]),
-        (4, vec![i64::MIN.to_le_bytes().to_vec(), 5_i64.to_le_bytes().to_vec()], [-9_223_372_036_854_775_808.0, 5.0]),
+        (4, vec![i64::MIN.to_le_bytes().to_vec(), 5_i64.to_le_bytes().to_vec()], [-2.0_f64.powi(63), 5.0]),
         (5, vec![vec![255], vec![1]], [255.0, 1.0]),
         (6, vec![u16::MAX.to_le_bytes().to_vec(), 258_u16.to_le_bytes().to_vec()], [65535.0, 258.0]),
         (7, vec![u32::MAX.to_le_bytes().to_vec(), 1_u32.to_le_bytes().to_vec()], [4_294_967_295.0, 1.0]),
         // The nearest double of 2^64 - 1 is 2^64.
-        (8, vec![u64::MAX.to_le_bytes().to_vec(), 1_u64.to_le_bytes().to_vec()], [18_446_744_073_709_551_616.0, 1.0]),
+        (8, vec![u64::MAX.to_le_bytes().to_vec(), 1_u64.to_le_bytes().to_vec()], [2.0_f64.powi(64), 1.0]),
         (9, vec![0.1_f32.to_le_bytes().to_vec(), (-2.5_f32).to_le_bytes().to_vec()], [f64::from(0.1_f32), -2.5]),
         (0x1a, vec![0.1_f64.to_le_bytes().to_vec(), (-2.5_f64).to_le_bytes().to_vec()], [0.1, -2.5]),
         (0x21, vec![vec![0], vec![2]], [0.0, 1.0]),
@@ -155,7 +155,7 @@ fn a_channel_joins_pauses_and_comes_back() {
     let index = LITTLE.index(3, 2);
     let [p, f] = [P, F].map(|path| LITTLE.object(path, &index, &[]));
     let bytes = [
-        LITTLE.segment(USUAL, &[p.clone()], &i32s(&[1, 2])),
+        LITTLE.segment(USUAL, std::slice::from_ref(&p), &i32s(&[1, 2])),
         // Appended to the list.
         LITTLE.segment(METADATA | RAW, &[f], &i32s(&[3, 4, 10, 20])),
         // Without values in this segment; the other as before.
@@ -195,7 +195,7 @@ fn every_segment_may_have_its_own_order_of_bytes() {
 fn metadata_that_are_repeated_mean_what_they_meant_also_behind_a_segment_without_any() {
     let index = LITTLE.index(3, 1);
     let [p, f] = [P, F].map(|path| LITTLE.object(path, &index, &[]));
-    let only_p = LITTLE.segment(USUAL, &[p.clone()], &i32s(&[1]));
+    let only_p = LITTLE.segment(USUAL, std::slice::from_ref(&p), &i32s(&[1]));
     let both = LITTLE.segment(USUAL, &[p, f], &i32s(&[2, 3]));
     let bytes = [
         only_p.clone(),
@@ -480,7 +480,7 @@ fn a_file_is_known_by_its_first_bytes_and_an_index_is_told_from_it() {
     let bytes = two_channels();
     assert_eq!(detect(&RawFile::of_bytes("r.bin", &bytes)).unwrap(), Format::Tdms);
     let metadata = LITTLE.metadata(&[LITTLE.object(P, &LITTLE.index(10, 3), &[])]);
-    let index = [LITTLE.lead(b"TDSh", USUAL, metadata.len() as u64 + 48, metadata.len() as u64), metadata].concat();
+    let index = [LITTLE.lead(*b"TDSh", USUAL, metadata.len() as u64 + 48, metadata.len() as u64), metadata].concat();
     assert_eq!(detect(&RawFile::of_bytes("r.tdms_index", &index)).unwrap(), Format::Tdms);
     let told = read(&RawFile::of_bytes("r.tdms_index", &index), Keep::All).unwrap_err().to_string();
     assert!(told.contains("1 channels with 6 values") && told.contains("read r.tdms beside it"), "{told}");
@@ -622,7 +622,7 @@ fn lengths_that_no_file_has_ask_for_no_memory() {
         assert!(told.contains("bytes") || told.contains("larger than any file"), "{told}");
     }
     // A lead-in that states more metadata than there are bytes, and one that states a next segment before its own data.
-    let lead = |next, raw| LITTLE.lead(b"TDSm", USUAL, next, raw);
+    let lead = |next, raw| LITTLE.lead(*b"TDSm", USUAL, next, raw);
     assert!(error(&lead(1 << 50, 1 << 49)).contains("ends before its values begin"));
     assert!(error(&[lead(4, 8), vec![0; 64]].concat()).contains("behind its end"));
 }
@@ -711,4 +711,31 @@ fn thousands_of_small_segments_give_what_one_large_one_gives() {
     let (large, small) = (file(&large), file(&small));
     assert_eq!(large.tables, small.tables);
     assert_eq!(column(&small, "rig.F"), f);
+}
+
+#[test]
+fn values_that_a_scale_does_not_hold_for_are_holes_that_are_told() {
+    // 1 / (4 - x): of the fourth value it is infinite.
+    let thermistor = [
+        ("NI_Number_Of_Scales", Prop::U32(1)),
+        ("NI_Scale[0]_Scale_Type", Prop::Text("Thermistor")),
+        ("NI_Scale[0]_Thermistor_Excitation_Type", Prop::U32(10_322)),
+        ("NI_Scale[0]_Thermistor_Excitation_Value", Prop::F64(2.5)),
+        ("NI_Scale[0]_Thermistor_Resistance_Configuration", Prop::U32(4)),
+        ("NI_Scale[0]_Thermistor_R1_Reference_Resistance", Prop::F64(10_000.0)),
+        ("NI_Scale[0]_Thermistor_Lead_Wire_Resistance", Prop::F64(0.0)),
+        ("NI_Scale[0]_Thermistor_A", Prop::F64(0.001_295_361)),
+        ("NI_Scale[0]_Thermistor_B", Prop::F64(0.000_234_315_9)),
+        ("NI_Scale[0]_Thermistor_C", Prop::F64(1.018_703e-7)),
+        ("NI_Scale[0]_Thermistor_Temperature_Offset", Prop::F64(273.15)),
+        ("NI_Scale[0]_Thermistor_Input_Source", Prop::U32(u32::MAX)),
+    ];
+    let object = LITTLE.object(P, &LITTLE.index(10, 4), &thermistor);
+    let recording = file(&LITTLE.segment(USUAL, &[object], &f64s(&[1.25, -1.0, f64::NAN, 1.5])));
+    let numbers = column(&recording, "rig.p");
+    // Half of the excitation falls off: the thermistor has 10 kOhm, which it has at 25 degrees.
+    assert!((numbers[0] - 25.0).abs() < 0.5 && numbers[3] < numbers[0], "{numbers:?}");
+    assert!(numbers[1].is_nan() && numbers[2].is_nan());
+    assert_eq!(told(&recording.findings), [(FindingKind::OutOfRange, Severity::Excluded)]);
+    assert_eq!((recording.findings[0].count, recording.findings[0].spans[0].first_sample), (1, 1));
 }

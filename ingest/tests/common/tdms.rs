@@ -115,7 +115,9 @@ impl Order {
             index.extend(self.u32(*id));
         }
         index.extend(self.u32(u32::try_from(widths.len()).unwrap()));
-        widths.iter().for_each(|width| index.extend(self.u32(*width)));
+        for width in widths {
+            index.extend(self.u32(*width));
+        }
         index
     }
 
@@ -123,14 +125,14 @@ impl Order {
     pub fn segment(self, toc: u32, objects: &[Vec<u8>], data: &[u8]) -> Vec<u8> {
         let metadata = if toc & METADATA == 0 { vec![] } else { self.metadata(objects) };
         let next = (metadata.len() + data.len()) as u64;
-        [self.lead(b"TDSm", toc, next, metadata.len() as u64), metadata, data.to_vec()].concat()
+        [self.lead(*b"TDSm", toc, next, metadata.len() as u64), metadata, data.to_vec()].concat()
     }
 
     pub fn metadata(self, objects: &[Vec<u8>]) -> Vec<u8> {
         [self.u32(u32::try_from(objects.len()).unwrap()), objects.concat()].concat()
     }
 
-    pub fn lead(self, tag: &[u8; 4], toc: u32, next: u64, raw: u64) -> Vec<u8> {
+    pub fn lead(self, tag: [u8; 4], toc: u32, next: u64, raw: u64) -> Vec<u8> {
         let toc = if self.big { toc | BIG_ENDIAN } else { toc };
         [tag.to_vec(), toc.to_le_bytes().to_vec(), self.u32(4713), self.u64(next), self.u64(raw)].concat()
     }

@@ -6,7 +6,7 @@ use super::scaling::{Scaling, Scratch, Unsupported};
 use super::timing::{Timing, Timings};
 use super::types::{DataType, Sink, Values};
 use super::value::{Properties, Timestamp, Value};
-use crate::finding::places::as_text;
+use crate::finding::places::{Places, as_text};
 use crate::formats::csv;
 use crate::recording::{Builder, Cells, ClockUnit, Column, Keep};
 use crate::units::Unit;
@@ -58,6 +58,8 @@ struct Scaled {
     slots: Vec<Option<usize>>,
     out: Vec<f64>,
     numbers: Builder,
+    /// Values that the equations of the scaling do not hold for.
+    beyond: Places,
 }
 
 /// What all channels of a file share.
@@ -104,6 +106,14 @@ impl Channel {
     pub fn refused(&self) -> Option<&str> {
         match &self.content {
             Content::Refused(why) => Some(why),
+            _ => None,
+        }
+    }
+
+    /// Values that the equations of its scaling do not hold for.
+    pub fn beyond(&self) -> Option<&Places> {
+        match &self.content {
+            Content::Scaled(scaled) if scaled.beyond.count() > 0 => Some(&scaled.beyond),
             _ => None,
         }
     }
@@ -210,7 +220,15 @@ impl Channel {
                 let slots = ids.iter().map(|id| slot(&scaling, *id)).collect();
                 let scalers = vec![Vec::new(); scaling.scalers().len()];
                 let numbers = numbers();
-                Content::Scaled(Box::new(Scaled { scaling, raw: vec![], scalers, slots, out: vec![], numbers }))
+                Content::Scaled(Box::new(Scaled {
+                    scaling,
+                    raw: vec![],
+                    scalers,
+                    slots,
+                    out: vec![],
+                    numbers,
+                    beyond: Places::default(),
+                }))
             }
         }
     }
@@ -345,7 +363,7 @@ impl Channel {
 impl Scaled {
     /// Scales as many values as there are of everything that is taken.
     fn apply(&mut self, scratch: &mut Scratch) {
-        let Self { scaling, raw, scalers, out, numbers, .. } = self;
+        let Self { scaling, raw, scalers, out, numbers, beyond, .. } = self;
         let lengths = scalers.iter().map(Vec::len);
         let count = lengths.chain(scaling.takes_raw().then_some(raw.len())).min().unwrap_or(0);
         if count == 0 {
@@ -359,6 +377,15 @@ impl Scaled {
                 let many: Vec<&[f64]> = many.iter().map(|values| values.get(..count).unwrap_or_default()).collect();
                 scaling.apply(raw, &many, scratch, out);
             }
+        }
+        let first = numbers.len();
+        for (i, value) in out.iter_mut().enumerate().filter(|(_, value)| !value.is_finite()) {
+            // What was no number before does not become one.
+            let is_number = |values: &[f64]| values.get(i).is_none_or(|value| value.is_finite());
+            if is_number(raw) && scalers.iter().all(|values| is_number(values)) {
+                beyond.add_worded(first + i, 0, || format!("sample {}", first + i));
+            }
+            *value = f64::NAN;
         }
         numbers.extend(out.iter().copied());
         for values in scalers {

@@ -35,6 +35,7 @@
 //! | `timing.rs`, `tables.rs` | times, and channels that share them |
 //! | `reading.rs` | the pass |
 //! | `tell.rs` | findings and their sentences |
+//! | `write/` | the writer |
 
 mod channel;
 mod layout;
@@ -48,8 +49,10 @@ mod tell;
 mod timing;
 mod types;
 mod value;
+mod write;
 
 pub use value::{Properties, Timestamp, Value};
+pub use write::{Metadata, Number, UNTITLED, WriteOptions, write, write_index};
 
 use crate::IngestError;
 use crate::error::Place;
@@ -64,8 +67,9 @@ pub fn is_tdms(head: &[u8]) -> bool {
 /// Reads a file. Values of channels that `keep` does not name are passed over; with [`Keep::Nothing`] all are looked at.
 ///
 /// # Errors
-/// [`IngestError::Unusable`] if it is no TDMS file but the index of one or anything else, if its first segment is damaged or of a kind that nobody can read, if no channel
-/// in it can be used or one that is asked for cannot, and for sizes beyond [`crate::limits`]; [`IngestError::Read`] if it cannot be read.
+/// [`IngestError::Unusable`] if it is no TDMS file but the index of one or anything else, if its first segment is damaged
+/// or of a kind that nobody can read, if no channel in it can be used or one that is asked for cannot, and for sizes beyond
+/// [`crate::limits`]; [`IngestError::Read`] if it cannot be read.
 pub fn read(raw: &RawFile, keep: Keep) -> Result<Recording, IngestError> {
     let mut pass = reading::read(raw, keep, None)?;
     if pass.is_scaled_late {

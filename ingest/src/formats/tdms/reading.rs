@@ -305,7 +305,7 @@ impl Reading<'_> {
             Shape::Interleaved { width } => bytes % width,
             _ => bytes - bytes.min(stream.offset() - at - LEAD_BYTES as u64 - lead.raw),
         };
-        if is_whole && layout.shape == Shape::Contiguous && bytes % layout.chunk_bytes != 0 {
+        if is_whole && layout.shape == Shape::Contiguous && !bytes.is_multiple_of(layout.chunk_bytes) {
             tell.short_chunk(at, bytes % layout.chunk_bytes, layout.chunk_bytes);
         }
         if !is_whole {
@@ -373,7 +373,12 @@ impl Reading<'_> {
     fn damaged(&mut self, at: u64, what: String) -> Result<bool, IngestError> {
         if self.segments == 0 {
             let next = "is this the file you meant? Read it with the program that wrote it";
-            return Err(unusable(self.raw, "a segment of a TDMS file", format!("a first segment that cannot be used: {what}"), next));
+            return Err(unusable(
+                self.raw,
+                "a segment of a TDMS file",
+                format!("a first segment that cannot be used: {what}"),
+                next,
+            ));
         }
         self.tell.lost(at, Cut::Damaged(what));
         Ok(false)

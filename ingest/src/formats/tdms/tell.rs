@@ -176,6 +176,12 @@ fn listed(names: &[String]) -> String {
     }
 }
 
+/// A finding about channels.
+fn of(file: &str, kind: FindingKind, severity: Severity, names: &[String], text: String) -> Finding {
+    let channel = if let [one] = names { Some(one.clone()) } else { None };
+    Finding { kind, severity, file: file.to_owned(), channel, spans: vec![], count: names.len(), text }
+}
+
 /// What is odd about the values of channels.
 pub(super) fn channels(file: &str, channels: &[Channel]) -> Vec<Finding> {
     let name = |channel: &Channel| full_name(&channel.group, &channel.name);
@@ -193,18 +199,6 @@ pub(super) fn channels(file: &str, channels: &[Channel]) -> Vec<Finding> {
     }
     let unscaled: Vec<String> = channels.iter().filter(|channel| channel.is_unscaled()).map(name).collect();
     let mut findings = Vec::new();
-    let mut tell = |kind, severity, names: &[String], text| {
-        let channel = if let [one] = names { Some(one.clone()) } else { None };
-        findings.push(Finding {
-            kind,
-            severity,
-            file: file.to_owned(),
-            channel,
-            spans: vec![],
-            count: names.len(),
-            text,
-        });
-    };
     for (why, names, values) in refused {
         let channels = if names.len() == 1 { "channel" } else { "channels" };
         let its = if names.len() == 1 { "its" } else { "their" };
@@ -212,7 +206,17 @@ pub(super) fn channels(file: &str, channels: &[Channel]) -> Vec<Finding> {
             "{channels} {}: {why}; {its} {values} values are left out, for raw numbers would look like measured ones",
             listed(&names)
         );
-        tell(FindingKind::UnsupportedScaling, Severity::Lost, &names, text);
+        findings.push(of(file, FindingKind::UnsupportedScaling, Severity::Lost, &names, text));
+    }
+    for (channel, beyond) in channels.iter().filter_map(|channel| Some((channel, channel.beyond()?))) {
+        let name = name(channel);
+        let values = beyond.counted("value is", "values are");
+        let text = format!(
+            "channel {}: {values} outside of what the equations of its scale hold for {}; left as holes",
+            shown(&name),
+            beyond.listed()
+        );
+        findings.push(beyond.clone().finding(FindingKind::OutOfRange, Severity::Excluded, file, Some(&name), text));
     }
     if !unscaled.is_empty() {
         let (channels, hold) = if unscaled.len() == 1 { ("channel", "holds") } else { ("channels", "hold") };
@@ -220,7 +224,7 @@ pub(super) fn channels(file: &str, channels: &[Channel]) -> Vec<Finding> {
             "{channels} {} {hold} counts of a DAQ card, and the file states no scale for them",
             listed(&unscaled)
         );
-        tell(FindingKind::Unscaled, Severity::Note, &unscaled, text);
+        findings.push(of(file, FindingKind::Unscaled, Severity::Note, &unscaled, text));
     }
     findings
 }

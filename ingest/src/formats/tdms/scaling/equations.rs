@@ -87,6 +87,9 @@ pub(super) struct Polynomial {
     coefficients: Vec<f64>,
 }
 
+/// Values that go through a polynomial side by side.
+const LANES: usize = 8;
+
 impl Polynomial {
     fn of(stated: &Stated, left: &mut usize) -> Result<Self, Unsupported> {
         let count = stated.count_or_none("Coefficients_Size")?.unwrap_or(4);
@@ -98,14 +101,18 @@ impl Polynomial {
             out.extend(values.iter().map(|_| 0.0));
             return;
         };
-        let start = out.len();
-        out.extend(values.iter().map(|x| highest + x * 0.0));
-        for coefficient in lower.iter().rev() {
-            // One coefficient for the whole block: the loop over values is the one that vectorises.
-            for (y, x) in out[start..].iter_mut().zip(values) {
-                *y = coefficient + *y * x;
+        let (blocks, rest) = values.as_chunks::<LANES>();
+        for x in blocks {
+            // Several values side by side for each coefficient: this is what vectorises.
+            let mut y = x.map(|x| highest + x * 0.0);
+            for coefficient in lower.iter().rev() {
+                for (y, x) in y.iter_mut().zip(x) {
+                    *y = coefficient + *y * x;
+                }
             }
+            out.extend_from_slice(&y);
         }
+        out.extend(rest.iter().map(|x| lower.iter().rev().fold(highest + x * 0.0, |y, c| c + y * x)));
     }
 }
 

@@ -48,8 +48,9 @@ use super::stated::Stated;
 /// Returns ε in m/m, + where the gauge along it is stretched.
 ///
 /// # Source
-/// NI-DAQmx Help, "Strain Gages": the equations of each type with the voltage ratio r. The ratios V / U above were derived from the
-/// bridge, and the tests go from strain to voltage by its resistances.
+/// National Instruments, SCC-SG Series Strain-Gauge Modules User Guide, p. 43, prints full II and III, with r as Vr and G as GF. All
+/// ratios V / U above were derived from the bridge, and the tests go from strain to voltage by its resistances. How k and l enter is as
+/// npTDMS has it.
 /// # Check value
 /// Quarter bridge, G = 2, U = 10 V, ε = 1e-3: R4 = 1.002 R0, V = 10 (1 / 2.002 - 1 / 2) V = -4.995005 mV, and back.
 #[derive(Debug, Clone, Copy, PartialEq)]

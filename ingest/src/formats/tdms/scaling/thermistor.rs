@@ -33,10 +33,10 @@ const CURRENT_EXCITATION: u64 = 10_134;
 /// Returns T in K above T0. Where R is not positive there is no logarithm, and no number.
 ///
 /// # Source
-/// NI-DAQmx Help, "Thermistors" and "TDMS Create Scaling Information (Thermistor)". Which wires are taken off was found by asking other
-/// readers.
+/// National Instruments, NI-DAQ User Manual for PC Compatibles, pp. 5-7 and 5-8: the divider and Steinhart-Hart. Which wires are taken
+/// off is as npTDMS has it.
 /// # Check value
-/// A = 1.295361e-3, B = 2.343159e-4, C = 1.018703e-7 per K, R = 5 kΩ: ln R = 8.517193, T = 298.1500 K, 25 °C.
+/// A = 1.295361e-3, B = 2.343159e-4, C = 1.018703e-7 per K (p. 5-8), R = 5 kΩ: ln R = 8.517193, T = 298.1500 K, 25 °C.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Thermistor {
     driven: Driven,
