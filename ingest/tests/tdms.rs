@@ -715,14 +715,13 @@ fn thousands_of_small_segments_give_what_one_large_one_gives() {
 
 #[test]
 fn values_that_a_scale_does_not_hold_for_are_holes_that_are_told() {
-    // 1 / (4 - x): of the fourth value it is infinite.
     let thermistor = [
         ("NI_Number_Of_Scales", Prop::U32(1)),
         ("NI_Scale[0]_Scale_Type", Prop::Text("Thermistor")),
         ("NI_Scale[0]_Thermistor_Excitation_Type", Prop::U32(10_322)),
         ("NI_Scale[0]_Thermistor_Excitation_Value", Prop::F64(2.5)),
         ("NI_Scale[0]_Thermistor_Resistance_Configuration", Prop::U32(4)),
-        ("NI_Scale[0]_Thermistor_R1_Reference_Resistance", Prop::F64(10_000.0)),
+        ("NI_Scale[0]_Thermistor_R1_Reference_Resistance", Prop::F64(5_000.0)),
         ("NI_Scale[0]_Thermistor_Lead_Wire_Resistance", Prop::F64(0.0)),
         ("NI_Scale[0]_Thermistor_A", Prop::F64(0.001_295_361)),
         ("NI_Scale[0]_Thermistor_B", Prop::F64(0.000_234_315_9)),
@@ -733,7 +732,7 @@ fn values_that_a_scale_does_not_hold_for_are_holes_that_are_told() {
     let object = LITTLE.object(P, &LITTLE.index(10, 4), &thermistor);
     let recording = file(&LITTLE.segment(USUAL, &[object], &f64s(&[1.25, -1.0, f64::NAN, 1.5])));
     let numbers = column(&recording, "rig.p");
-    // Half of the excitation falls off: the thermistor has 10 kOhm, which it has at 25 degrees.
+    // Half of the excitation falls off: the thermistor has 5 kOhm, which it has at 25 degrees.
     assert!((numbers[0] - 25.0).abs() < 0.5 && numbers[3] < numbers[0], "{numbers:?}");
     assert!(numbers[1].is_nan() && numbers[2].is_nan());
     assert_eq!(told(&recording.findings), [(FindingKind::OutOfRange, Severity::Excluded)]);
