@@ -4,13 +4,17 @@
 // In a test a panic is how a failure is told.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
 use pneuval_ingest::IngestError;
 use pneuval_ingest::finding::LineMap;
 use pneuval_ingest::formats::csv::Decimal;
-use pneuval_ingest::formats::tdms::{Metadata, Number, Properties, Timestamp, Value, WriteOptions, write, write_index};
-use pneuval_ingest::recording::{Cells, Column, Table};
+use pneuval_ingest::formats::tdms::{
+    Metadata, Number, Properties, Timestamp, Value, WriteOptions, read, write, write_index,
+};
+use pneuval_ingest::raw::RawFile;
+use pneuval_ingest::recording::{Cells, Column, Keep, Table};
 
 fn numbers(name: &str, unit: Option<&str>, values: &[f64]) -> Column {
     Column::new(name, unit, Cells::Numbers(values.to_vec()))
@@ -384,4 +388,72 @@ fn a_full_disk_is_an_error_of_writing() {
     write(&mut Full(length), &rig(), &WriteOptions::default()).unwrap();
     let error = write(&mut Full(length - 1), &rig(), &WriteOptions::default()).unwrap_err();
     assert!(matches!(error, IngestError::Write { .. }), "{error}");
+}
+
+#[test]
+fn what_is_written_is_read_again_whatever_the_options() {
+    let time: Vec<f64> = (0..11).map(|i| 0.25 + f64::from(i) * 0.01).collect();
+    let p: Vec<f64> = (0..11).map(|i| (f64::from(i) * 0.7).sin() / 3.0).collect();
+    let f: Vec<f64> = p.iter().map(|p| p * p - 1.0).collect();
+    let rig = table(
+        "rig",
+        Some(0),
+        vec![numbers("t", Some("s"), &time), numbers("p", Some("kPa"), &p), numbers("F", Some("N"), &f)],
+    );
+    let slow = table("it's slow", None, vec![numbers("x", None, &[1.0, f64::NAN, 3.0])]);
+    let origin = Timestamp { seconds: 3_871_000_000, fraction: 0 };
+    let sizes = [(None, None), (Some(3), None), (Some(2), Some(2)), (Some(1), Some(4))];
+    for (chunk, chunks) in sizes.map(|(a, b)| (a.and_then(NonZeroUsize::new), b.and_then(NonZeroUsize::new))) {
+        for metadata in [Metadata::Repeated, Metadata::AsBefore, Metadata::Changes, Metadata::Absent] {
+            for (interleaved, big_endian) in [(false, false), (true, false), (false, true), (true, true)] {
+                let options = WriteOptions {
+                    origin: Some(origin),
+                    chunk_rows: chunk,
+                    segment_chunks: chunks,
+                    interleaved,
+                    big_endian,
+                    metadata,
+                    ..WriteOptions::default()
+                };
+                let bytes = written(&[rig.clone(), slow.clone()], &options);
+                let read = read(&RawFile::of_bytes("w.tdms", &bytes), Keep::All).unwrap();
+                assert_eq!(read.findings, [], "{options:?}");
+                assert_eq!(read.origin.as_deref(), Some("2026-08-31T05:46:40Z"));
+                let shape: Vec<(&str, usize)> =
+                    read.tables.iter().map(|t| (t.name.as_str(), t.columns.len())).collect();
+                assert_eq!(shape, [("rig", 3), ("it's slow", 1)], "{options:?}");
+                let column = |table: usize, name: &str| read.tables[table].column(name).unwrap();
+                let bits = |cells: &Cells| cells.numbers().unwrap().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                for (name, expected) in [("p", &p), ("F", &f)] {
+                    assert_eq!(bits(&column(0, name).cells), bits(&Cells::Numbers(expected.clone())), "{options:?}");
+                }
+                assert_eq!(column(0, "p").unit.as_deref(), Some("kPa"));
+                assert_eq!(bits(&column(1, "x").cells), bits(&slow.columns[0].cells));
+                // The stamps are computed from the first one and the step: two roundings at most.
+                for (read, written) in column(0, "time").cells.numbers().unwrap().iter().zip(&time) {
+                    assert!((read - written).abs() <= 2.0 * f64::EPSILON, "{read} {written}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn counts_of_a_card_come_back_as_what_they_stand_for() {
+    let p = [0.0, 1.25, -2.5];
+    let (slope, intercept) = (0.0025, 0.0);
+    let number = BTreeMap::from([(("rig".to_owned(), "p".to_owned()), Number::Counts { slope, intercept })]);
+    let options = WriteOptions { numbers: number, ..WriteOptions::default() };
+    let bytes = written(&[table("rig", None, vec![numbers("p", Some("V"), &p)])], &options);
+    let read = read(&RawFile::of_bytes("w.tdms", &bytes), Keep::All).unwrap();
+    let read = read.tables[0].columns[0].cells.numbers().unwrap();
+    assert!(read.iter().zip(p).all(|(read, p)| (read - p).abs() < 1e-12), "{read:?}");
+}
+
+#[test]
+fn the_index_says_how_much_stands_in_the_file_beside_it() {
+    let rig = table("rig", None, vec![numbers("p", None, &[1.0; 7]), numbers("F", None, &[1.0; 7])]);
+    let options = WriteOptions { chunk_rows: NonZeroUsize::new(3), ..WriteOptions::default() };
+    let error = read(&RawFile::of_bytes("w.tdms_index", &index(&[rig], &options)), Keep::All).unwrap_err().to_string();
+    assert!(error.contains("2 channels with 14 values") && error.contains("read w.tdms beside it"), "{error}");
 }

@@ -2,6 +2,9 @@
 //!
 //! Chunks are also written without their checksum (0 stands for none), so that a mutated byte in them reaches what decodes it.
 
+#[path = "../../tests/common/tdms.rs"]
+mod build;
+
 use std::error::Error;
 use std::fs;
 use std::io::Cursor;
@@ -92,7 +95,66 @@ fn save(target: &str, name: &str, bytes: &[u8]) -> std::io::Result<()> {
     fs::write(folder.join(name), bytes)
 }
 
+/// TDMS files of few bytes, each with something of its own.
+fn tdms() -> std::io::Result<()> {
+    use build::*;
+    save("tdms", "segments.tdms", &two_channels())?;
+    for (name, order) in [("little", LITTLE), ("big", BIG)] {
+        let of = |code: u32, width: usize| {
+            let object = order.object("/'g'/'x'", &order.index(code, 2), &[("unit_string", Prop::Text("kPa"))]);
+            let other = order.object("/'g'/'y'", &order.index(code, 2), &[("wf_increment", Prop::F64(0.01))]);
+            order.segment(USUAL | INTERLEAVED, &[object, other], &vec![1; 4 * width])
+        };
+        for (code, width) in [(1, 1), (2, 2), (3, 4), (4, 8), (9, 4), (10, 8), (0x21, 1), (0x44, 16), (0x0008_000c, 8)]
+        {
+            save("tdms", &format!("{name}-{code:x}.tdms"), &of(code, width))?;
+        }
+        let texts = [order.u32(2), order.u32(2), order.u32(4), b"onof".to_vec()].concat();
+        let object = order.object("/'g'/'s'", &order.text_index(3, texts.len() as u64), &[]);
+        save("tdms", &format!("{name}-text.tdms"), &order.segment(USUAL, &[object], &[texts.clone(), texts].concat()))?;
+        let lines = [0, 9].map(|line| {
+            order.object(&format!("/'d'/'{line}'"), &order.daqmx(7, true, 2, &[(4, 0, line, 0)], &[4]), &[])
+        });
+        save("tdms", &format!("{name}-lines.tdms"), &order.segment(USUAL | DAQMX, &lines, &[3; 16]))?;
+    }
+    let scale = |kind: &'static str, own: &[(&'static str, Prop<'static>)]| {
+        let mut props = vec![("NI_Number_Of_Scales", Prop::U32(2)), ("NI_Scale[1]_Scale_Type", Prop::Text(kind))];
+        props.extend(own);
+        let index = LITTLE.daqmx(u32::MAX, false, 4, &[(3, 0, 0, 0), (3, 1, 0, 1)], &[2, 2]);
+        LITTLE.segment(USUAL | DAQMX, &[LITTLE.object(P, &index, &props)], &i16s(&[1, 2, 3, 4, 5, 6, 7, 8]))
+    };
+    let linear = [
+        ("NI_Scale[1]_Linear_Slope", Prop::F64(0.5)),
+        ("NI_Scale[1]_Linear_Y_Intercept", Prop::F64(10.0)),
+        ("NI_Scale[1]_Linear_Input_Source", Prop::U32(0)),
+    ];
+    save("tdms", "linear.tdms", &scale("Linear", &linear))?;
+    let polynomial = [
+        ("NI_Scale[1]_Polynomial_Coefficients_Size", Prop::U32(2)),
+        ("NI_Scale[1]_Polynomial_Coefficients[0]", Prop::F64(1.0)),
+        ("NI_Scale[1]_Polynomial_Coefficients[1]", Prop::F64(2.0)),
+        ("NI_Scale[1]_Polynomial_Input_Source", Prop::U32(0)),
+    ];
+    save("tdms", "polynomial.tdms", &scale("Polynomial", &polynomial))?;
+    let table = [
+        ("NI_Scale[1]_Table_Pre_Scaled_Values_Size", Prop::U32(2)),
+        ("NI_Scale[1]_Table_Scaled_Values_Size", Prop::U32(2)),
+        ("NI_Scale[1]_Table_Pre_Scaled_Values[0]", Prop::F64(0.0)),
+        ("NI_Scale[1]_Table_Pre_Scaled_Values[1]", Prop::F64(8.0)),
+        ("NI_Scale[1]_Table_Scaled_Values[0]", Prop::F64(0.0)),
+        ("NI_Scale[1]_Table_Scaled_Values[1]", Prop::F64(1.0)),
+        ("NI_Scale[1]_Table_Input_Source", Prop::U32(0)),
+    ];
+    save("tdms", "table.tdms", &scale("Table", &table))?;
+    let add = [
+        ("NI_Scale[1]_Add_Left_Operand_Input_Source", Prop::U32(0)),
+        ("NI_Scale[1]_Add_Right_Operand_Input_Source", Prop::U32(0)),
+    ];
+    save("tdms", "add.tdms", &scale("Add", &add))
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
+    tdms()?;
     let compressions = [("none", Compression::None), ("lz4", Compression::Lz4), ("zstd", Compression::Zstd)];
     for (encoding_name, encoding) in
         [("cdr", Encoding::Cdr), ("json", Encoding::Json), ("protobuf", Encoding::Protobuf)]
