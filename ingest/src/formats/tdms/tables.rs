@@ -154,8 +154,10 @@ fn table(
         let full = full_name(&name, &column);
         if reasons.len() < TOLD_MAX {
             let step = first.increment.unwrap_or(0.0);
-            let start =
-                first.start.filter(|_| first.other.is_none()).map_or_else(String::new, |s| format!(" from {s}"));
+            let start = first
+                .start
+                .filter(|_| first.other.is_none())
+                .map_or_else(String::new, |start| format!(" from {}", start.rounded()));
             reasons.push(format!("column {}: steps of {step} {unit}{start}, as the waveforms state", shown(&full)));
         }
         let changes: Vec<u64> = axes.changes().collect();

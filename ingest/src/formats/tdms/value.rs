@@ -40,6 +40,14 @@ impl Timestamp {
         ((seconds << 64) + i128::from(self.fraction)) as f64 / FRACTIONS
     }
 
+    /// As RFC 3339, UTC, to the microsecond below: for sentences.
+    pub fn rounded(self) -> String {
+        let micros = (u128::from(self.fraction) * 1_000_000) >> 64;
+        let second = self.second();
+        let second = second.strip_suffix('Z').unwrap_or(&second);
+        if micros == 0 { format!("{second}Z") } else { format!("{second}.{micros:06}Z") }
+    }
+
     /// Its whole second as RFC 3339, UTC.
     pub fn second(self) -> String {
         rfc3339_second(self.seconds.saturating_sub(S_1904_TO_1970), true)
