@@ -153,7 +153,7 @@ fn table(
         let column = unique(taken, column);
         let full = full_name(&name, &column);
         if reasons.len() < TOLD_MAX {
-            let step = first.increment.unwrap_or(0.0);
+            let step = crate::watch::rounded(first.increment.unwrap_or(0.0));
             let start = first
                 .start
                 .filter(|_| first.other.is_none())
