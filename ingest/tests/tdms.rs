@@ -73,7 +73,8 @@ fn every_type_of_number_in_both_orders_and_both_layouts() {
         let interleaved: Vec<u8> = [both(0).concat(), both(1).concat()].concat();
         for (toc, data) in [(USUAL, contiguous), (USUAL | INTERLEAVED, interleaved)] {
             let recording = file(&order.segment(toc, &objects, &data));
-            assert_eq!(recording.findings, []);
+            // Two of them hold integers that no double holds.
+            assert_eq!(told(&recording.findings), [(FindingKind::Rounded, Severity::Note); 2]);
             for (i, (.., expected)) in values.iter().enumerate() {
                 assert_eq!(column(&recording, &format!("g.{i}")), expected, "{i} {toc}");
             }

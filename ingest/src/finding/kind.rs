@@ -117,6 +117,8 @@ kinds! {
     NotExpanded = "not-expanded",
     /// A scale from raw values to measured ones that is not supported, or not whole.
     UnsupportedScaling = "unsupported-scaling",
+    /// Integers that a double cannot hold.
+    Rounded = "rounded",
     /// Counts of a converter, and no scale for them.
     Unscaled = "unscaled",
 }

@@ -26,6 +26,8 @@ pub(super) struct Channel {
     /// Values that are there.
     pub values: u64,
     pub timings: Timings,
+    /// Whether its raw values are integers that a double may not hold.
+    is_wide: bool,
     content: Content,
 }
 
@@ -98,6 +100,7 @@ impl Channel {
             stated: 0,
             values: 0,
             timings: Timings::new(Timing::of(&object.properties)),
+            is_wide: false,
             content: Content::Open,
         })
     }
@@ -116,6 +119,11 @@ impl Channel {
             Content::Scaled(scaled) if scaled.beyond.count() > 0 => Some(&scaled.beyond),
             _ => None,
         }
+    }
+
+    /// Whether its columns may hold integers that were rounded.
+    pub fn is_wide(&self) -> bool {
+        self.is_wide && matches!(self.content, Content::Numbers(_) | Content::Counts(_))
     }
 
     /// Whether its values are counts of a DAQ card without a scale.
@@ -143,6 +151,9 @@ impl Channel {
     ///
     /// The error is a sentence: the values are of another kind than those before.
     pub fn begin(&mut self, index: &RawIndex, objects: &Objects, keep: Keep) -> Result<(), String> {
+        let is_wide = |data_type| matches!(data_type, DataType::I64 | DataType::U64);
+        let scalers = index.daqmx.iter().flat_map(|(scalers, _)| scalers);
+        self.is_wide |= is_wide(index.data_type) || scalers.clone().any(|scaler| is_wide(scaler.data_type));
         if let Content::Open = self.content {
             self.content = self.content_for(index, objects, keep);
             return Ok(());

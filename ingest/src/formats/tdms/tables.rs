@@ -13,7 +13,7 @@ use crate::error::shown;
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::formats::csv::Decimal;
 use crate::raw::RawFile;
-use crate::recording::{Builder, ClockUnit, Keep, Recording, Table, full_name};
+use crate::recording::{Builder, ClockUnit, Column, Keep, Recording, Table, full_name};
 
 use super::tell;
 
@@ -182,9 +182,26 @@ fn table(
     for channel in channels {
         let object = objects.get(channel.object);
         let mut unique = |name: &str| unique(taken, name);
-        columns.extend(channel.finish(rows, object, &mut unique));
+        let is_wide = channel.is_wide();
+        let own = channel.finish(rows, object, &mut unique);
+        findings.extend(own.iter().filter(|_| is_wide).filter_map(|column| rounded(file, &name, column)));
+        columns.extend(own);
     }
     Table { name, schema: None, columns, rows, lines: LineMap::default(), clock, decimal: Decimal::Point }
+}
+
+/// What is told of integers that a double cannot hold.
+fn rounded(file: &str, table: &str, column: &Column) -> Option<Finding> {
+    /// Every integer up to here is a double.
+    const EXACT: f64 = (1_u64 << 53) as f64;
+    let (min, max) = column.summary.range.filter(|(min, max)| *min < -EXACT || *max > EXACT)?;
+    let full = full_name(table, &column.name);
+    let text = format!(
+        "column {}: integers from {min} to {max}; beyond 2^53 not all of them are doubles, and the nearest stand for them",
+        shown(&full)
+    );
+    let count = column.summary.samples - column.summary.holes;
+    Some(finding(file, FindingKind::Rounded, Severity::Note, Some(full), count, text))
 }
 
 /// The times of all samples.
