@@ -659,6 +659,11 @@ fn layouts_that_cannot_be_are_errors_that_say_why() {
             vec![LITTLE.object(P, &LITTLE.daqmx(2, false, 2, &[(5, 0, 0, 0)], &[4]), &[])],
             "states values of the type int16",
         ),
+        (
+            USUAL,
+            vec![LITTLE.object(P, &LITTLE.daqmx(u32::MAX, false, 2, &[(3, 0, 0, 7), (3, 0, 2, 7)], &[4]), &[])],
+            "scaler 7 twice",
+        ),
         (RAW, vec![], "no metadata"),
     ];
     for (toc, objects, expected) in cases {

@@ -37,7 +37,8 @@ def numbers(column):
 
 
 def same(ours, theirs):
-    """Equal, but for holes behind the last value of a channel that the end of the file cuts off."""
+    """Equal, but for holes behind the last value of a channel that the end of the file cuts off. JSON has no infinity: it is a hole."""
+    theirs = np.where(np.isfinite(theirs), theirs, math.nan)
     ours, rest = ours[: len(theirs)], ours[len(theirs) :]
     return np.array_equal(ours, theirs, equal_nan=True) and np.isnan(rest).all()
 

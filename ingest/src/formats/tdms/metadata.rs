@@ -243,6 +243,9 @@ impl<'b> Cursor<'b> {
             // The format of a sample, which nothing depends on.
             let _ = if is_digital { self.u8()?.into() } else { self.u32()? };
             let id = self.u32()?;
+            if scalers.iter().any(|known: &Scaler| known.id == id) {
+                return Err(format!("a channel has scaler {id} twice"));
+            }
             let (offset, bit) = if is_digital {
                 // Lines count from the lowest bit of the value, which stands in its last byte where the high byte is first.
                 let (byte, width) = (place / 8, of.width().unwrap_or(1).max(1));
