@@ -15,6 +15,9 @@ pub(super) const INDEX_TAG: &[u8; 4] = b"TDSh";
 /// Versions of the format that are written.
 pub(super) const VERSIONS: [u32; 2] = [4712, 4713];
 
+/// Scalers of a channel; cards give it one or two.
+const SCALERS_MAX: usize = 256;
+
 /// Bits of the table of contents.
 const METADATA: u32 = 1 << 1;
 const NEW_LIST: u32 = 1 << 2;
@@ -237,7 +240,11 @@ impl<'b> Cursor<'b> {
         self.dimension()?;
         let count = self.u64()?;
         let mut scalers = Vec::new();
-        for _ in 0..self.count("scalers", if is_digital { 17 } else { 20 })? {
+        let of_channel = self.count("scalers", if is_digital { 17 } else { 20 })?;
+        if of_channel > SCALERS_MAX {
+            return Err(format!("a channel has {of_channel} scalers; at most {SCALERS_MAX} are read"));
+        }
+        for _ in 0..of_channel {
             let of = DataType::of_scaler(self.u32()?)?;
             let (buffer, place) = (self.u32()? as usize, self.u32()? as usize);
             // The format of a sample, which nothing depends on.
