@@ -10,6 +10,7 @@ pub mod csv;
 pub mod foreign;
 pub mod gauge;
 mod lines;
+pub mod lvm;
 pub mod mcap;
 pub mod serial;
 mod sheet;
@@ -40,6 +41,8 @@ pub struct Options {
 pub enum Format {
     /// A bag of ROS 2 or another recording in an MCAP file, or a folder of such files.
     Mcap,
+    /// A measurement file of LabVIEW.
+    Lvm,
     /// The sequence file of a PLUS toolkit's tracker.
     Plus,
     /// The log of a trakSTAR.
@@ -56,13 +59,14 @@ pub enum Format {
 
 impl Format {
     /// All formats, in the order in which they are tried.
-    pub const ALL: [Self; 7] =
-        [Self::Mcap, Self::Plus, Self::Trakstar, Self::Transposed, Self::Gauge, Self::Serial, Self::Csv];
+    pub const ALL: [Self; 8] =
+        [Self::Mcap, Self::Lvm, Self::Plus, Self::Trakstar, Self::Transposed, Self::Gauge, Self::Serial, Self::Csv];
 
     /// Its word in manifests.
     pub fn id(self) -> &'static str {
         match self {
             Self::Mcap => "mcap",
+            Self::Lvm => "lvm",
             Self::Plus => "plus",
             Self::Trakstar => "trakstar",
             Self::Transposed => "transposed",
@@ -101,6 +105,7 @@ pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
     let TextHead { bytes, is_whole } = text_head(raw)?;
     let is = |format: &Format| match format {
         Format::Mcap => false,
+        Format::Lvm => lvm::looks_like(&bytes),
         Format::Plus => tracker::plus::looks_like(&bytes),
         Format::Trakstar => tracker::trakstar::looks_like(&bytes, is_whole),
         Format::Transposed => transposed::looks_like(&bytes, is_whole),
@@ -118,6 +123,7 @@ pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
 pub fn read(raw: &RawFile, options: &Options, keep: Keep) -> Result<Recording, IngestError> {
     let mut recording = match options.format.map_or_else(|| detect(raw), Ok)? {
         Format::Mcap => return mcap::read(raw, keep),
+        Format::Lvm => lvm::read(raw, keep)?,
         Format::Plus => tracker::plus::read(raw, keep)?,
         Format::Trakstar => tracker::trakstar::read(raw, options.tracker, keep)?,
         Format::Transposed => transposed::read(raw, keep)?,
