@@ -196,7 +196,7 @@ pub(super) fn in_words(line: &[u8], separator: u8) -> String {
         return format!("{key}: {}", as_text(rest).trim());
     }
     let mut values = values(line, key, separator);
-    while values.pop_if(|last| last.is_empty()).is_some() {}
+    values.retain(|value| !value.is_empty());
     format!("{key}: {}", values.join("; "))
 }
 

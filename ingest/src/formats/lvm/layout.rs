@@ -328,7 +328,7 @@ impl Question<'_, '_> {
                     found.word()
                 ));
             }
-            Some(_) => {}
+            Some(stated) => remarks.reasons.push(format!("X_Columns is {}, as stated", stated.word())),
         }
         (is_implicit && is_one_x, false)
     }
