@@ -318,8 +318,8 @@ fn what_is_no_number_is_a_hole_and_told() {
     let expected = [
         (RaggedLine, Excluded, 1),
         (SkippedLine, Excluded, 1),
-        (EmptyCell, Note, 1),
         (NoValue, Excluded, 1),
+        (EmptyCell, Note, 1),
         (NonNumericCell, Excluded, 1),
         (EmptyCell, Note, 2),
         (NonNumericCell, Excluded, 1),
@@ -489,11 +489,7 @@ fn what_headers_state_is_held_against_the_rows() {
     assert!(recording.findings[0].text.contains("`p`: 5 stated, 3 counted"), "{}", recording.findings[0].text);
     let recording = read(&whole().replace("Delta_X\t0.1\t0.1", "Delta_X\t0.11\t0.1"));
     assert_eq!(kinds(&recording), [(FindingKind::StepMismatch, Severity::Note, 1)]);
-    assert!(
-        recording.findings[0].text.contains("`p`: 0.11 s stated, 0.1 s the mean"),
-        "{}",
-        recording.findings[0].text
-    );
+    assert!(recording.findings[0].text.contains("`p`: 0.11 s stated, 0.0999"), "{}", recording.findings[0].text);
     assert_eq!(numbers(&recording, "X_Value"), [0.5, 0.6, 0.7], "X counts");
     // Names and number.
     let recording = read(&whole().replace("Channels\t2", "Channels\t3"));
@@ -541,7 +537,7 @@ fn x_since_1904_is_known_by_its_size() {
         let recording = read(text);
         assert!((numbers(&recording, "X_Value")[0] - 0.25).abs() < 1e-6);
         // `date -u -d @$((3754716347 - 2082844800))`
-        assert_eq!(recording.origin.as_deref(), Some("2022-12-24T07:59:07Z"));
+        assert_eq!(recording.origin.as_deref(), Some("2022-12-24T08:45:47Z"));
         has_reason(&recording, "1904");
     }
 }
@@ -646,7 +642,7 @@ fn hostile_sizes_are_errors_or_small() {
     let recording = read(&whole().replace("Samples\t3\t3", "Samples\t1e300\t99999999999999999999999"));
     assert_eq!(finding(&recording, FindingKind::CountMismatch).count, 2);
     let _ = read(&whole().replace("Delta_X\t0.1\t0.1", "Delta_X\t1e308\t-1e308").replace("X0\t0.0E+0", "X0\t1e308"));
-    assert!(error(&whole().replace("Separator\tTab", "Separator\t1").replace('\t', "1")).contains("cells parted by"));
+    assert!(error(&whole().replace('\t', "+")).contains("cells parted by"));
     // A page of empty rows is no row.
     let recording = read(&format!("{}{}", whole(), "\t\t\n".repeat(100_000)));
     assert_eq!(

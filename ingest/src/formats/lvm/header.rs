@@ -75,6 +75,13 @@ fn key(line: &[u8]) -> &[u8] {
     line.get(..end).unwrap_or(line)
 }
 
+/// Whether a line that has no end is the beginning of a line of a header.
+pub(super) fn is_begun(line: &[u8]) -> bool {
+    let words = SEGMENT_KEYS.iter().map(|key| key.as_bytes());
+    let mut marks = words.chain([X_VALUE, END_OF_HEADER, START_SPECIAL, TITLE.as_bytes()]);
+    marks.any(|mark| mark.starts_with(line) || line.starts_with(mark))
+}
+
 /// What stands behind a word at the beginning of a line, if the word ends there.
 pub(super) fn behind<'a>(line: &'a [u8], word: &[u8]) -> Option<&'a [u8]> {
     let rest = line.strip_prefix(word)?;
@@ -266,7 +273,8 @@ fn of_words(rest: &[u8]) -> Stated {
         [_] => word.first().copied().unwrap_or(*first),
         _ => return Stated::Other,
     };
-    if byte.is_ascii() { Stated::Byte(byte) } else { Stated::Other }
+    // A letter is what a cut leaves of a word.
+    if byte.is_ascii() && !byte.is_ascii_alphanumeric() { Stated::Byte(byte) } else { Stated::Other }
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use super::block::{Axis, Block, Names, Row};
 use super::clock::{Clock, Segment};
 use super::header::{
-    END_OF_HEADER, END_SPECIAL, Header, Parting, START_SPECIAL, Stated, X_VALUE, behind, cells, in_words, is_title,
-    number, parting, plain, segment_key, without_end,
+    END_OF_HEADER, END_SPECIAL, Header, Parting, START_SPECIAL, Stated, X_VALUE, behind, cells, in_words, is_begun,
+    is_title, number, parting, plain, segment_key, without_end,
 };
 use super::layout::{Looked, Question, XColumns};
 use super::start::Start;
@@ -132,7 +132,7 @@ pub(super) fn read<'a>(raw: &'a RawFile<'a>, keep: Keep<'a>, chunk: usize) -> Re
                 reader.reserve(source.offset() + at as u64, source.expected_length());
             }
             since_check -= 1;
-            if let Some((count, is_blank)) = reader.fast {
+            if let Some((count, is_blank)) = reader.fast.filter(|_| !reader.is_special) {
                 row.resize(count, f64::NAN);
                 if let Some(next) = reader.fast_line(bytes, at, is_blank, &mut row)
                     && next <= decided
@@ -581,6 +581,12 @@ impl<'a> Reader<'a> {
         let is_sample = self.kinds.iter().any(|kind| matches!(kind, CellKind::Number(_)))
             || held >= usual
             || (comment.is_empty() && self.kinds.iter().all(|kind| matches!(kind, CellKind::Empty | CellKind::Hole)));
+        if !is_sample && !line.is_ended && is_begun(bytes) {
+            let text =
+                format!("the file ends within line {}, the first of a header; what followed is lost", line.number);
+            self.tally.tell(self.raw.name(), FindingKind::Truncated, Severity::Lost, &[(row, line.number)], text);
+            return Ok(());
+        }
         if !is_sample {
             self.tally.line(FindingKind::SkippedLine, row, line.number, || quoted(bytes));
             return Ok(());
