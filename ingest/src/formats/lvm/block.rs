@@ -50,6 +50,8 @@ pub(super) struct Row<'r> {
     pub at: usize,
     pub line: usize,
     pub comment: &'r str,
+    /// Whether the file ends within it: what is missing says nothing of the clock of a channel.
+    pub is_cut: bool,
 }
 
 impl Row<'_> {
@@ -259,13 +261,18 @@ impl<'a> Block<'a> {
     #[inline]
     pub fn push(&mut self, row: Row, names: &mut Names) {
         for index in 0..self.groups.len() {
-            if self.groups.get(index).is_some_and(|group| group.is_several && !group.is_one(row.values)) {
-                let bits = |member: &Member| {
-                    let value = member.axis.cell().and_then(|cell| row.values.get(cell));
-                    value.copied().unwrap_or(f64::NAN).to_bits()
-                };
-                self.split(index, bits, names);
-            }
+            let Some(group) = self.groups.get(index).filter(|group| group.is_several && !group.is_one(row.values))
+            else {
+                continue;
+            };
+            let bits = |axis: Axis| {
+                let value = axis.cell().and_then(|cell| row.values.get(cell));
+                value.copied().unwrap_or(f64::NAN).to_bits()
+            };
+            let first = group.members.first().map_or(0, |member| bits(member.axis));
+            let is_missing = |axis: Axis| row.is_cut && axis.cell().is_some_and(|cell| row.is_empty(cell));
+            let key = |member: &Member| if is_missing(member.axis) { first } else { bits(member.axis) };
+            self.split(index, key, names);
         }
         if row.careful.is_some() || self.has_tail {
             self.careful(row, names);

@@ -278,7 +278,7 @@ impl<'a> Reader<'a> {
     #[inline]
     fn plain(&mut self, values: &[f64], line: usize) {
         if let Some(block) = self.blocks.get_mut(self.current) {
-            block.push(Row { values, careful: None, at: self.at, line, comment: "" }, &mut self.names);
+            block.push(Row { values, careful: None, at: self.at, line, comment: "", is_cut: false }, &mut self.names);
             self.at += 1;
         }
     }
@@ -632,7 +632,14 @@ impl<'a> Reader<'a> {
             }
         }
         let careful = (!is_shifted).then_some((&self.kinds[..], &all[..]));
-        let row = Row { values: &self.values, careful, at: self.at, line: line.number, comment: &words };
+        let row = Row {
+            values: &self.values,
+            careful,
+            at: self.at,
+            line: line.number,
+            comment: &words,
+            is_cut: !line.is_ended,
+        };
         block.push(row, &mut self.names);
         self.at += 1;
         Ok(())
