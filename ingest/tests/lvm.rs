@@ -306,6 +306,8 @@ fn comments_are_kept_where_they_stand() {
 
 #[test]
 fn what_is_no_number_is_a_hole_and_told() {
+    use FindingKind::{EmptyCell, NoValue, NonNumericCell, RaggedLine, SkippedLine, StepMismatch};
+    use Severity::{Excluded, Note};
     let rows = "0.0\tERR\t-2\n0.1\t\t-3\nNaN\t3.5\t-4\n0.3\t4.5\n0.4\t5.5\t1,5\n\t\t\t\n0.6\t6.5\t-7\nend of test\n";
     let recording = read(&format!("{HEAD}{SEGMENT}{rows}").replace("Samples\t3\t3", "Samples\t7\t7"));
     let (p, f) = (numbers(&recording, "p"), numbers(&recording, "F"));
@@ -313,8 +315,6 @@ fn what_is_no_number_is_a_hole_and_told() {
     assert_eq!(holes(p), [true, true, false, false, false, true, false]);
     assert_eq!(holes(f), [false, false, false, true, true, true, false]);
     assert_eq!(holes(numbers(&recording, "X_Value")), [false, false, true, false, false, true, false]);
-    use FindingKind::{EmptyCell, NoValue, NonNumericCell, RaggedLine, SkippedLine, StepMismatch};
-    use Severity::{Excluded, Note};
     let expected = [
         (RaggedLine, Excluded, 1),
         (SkippedLine, Excluded, 1),
@@ -514,7 +514,7 @@ fn ten_thousand_segments_are_told_together() {
     let mut text = HEAD.to_owned();
     for k in 0..10_000 {
         let time = format!("{:02}:{:02}:{:02}.5", k / 3600, k / 60 % 60, k % 60);
-        let _ = write!(text, "{}{ROWS}\n", SEGMENT.replace("09:13:00.5", &time).replace("Samples\t3", "Samples\t4"));
+        let _ = writeln!(text, "{}{ROWS}", SEGMENT.replace("09:13:00.5", &time).replace("Samples\t3", "Samples\t4"));
     }
     let recording = read(&text);
     assert_eq!(recording.tables[0].rows, 30_000);

@@ -1,26 +1,29 @@
 //! The one pass over a file: headers, special blocks and rows, the rows that are numbers and nothing else on a fast path.
 
+mod sample;
+mod segment;
+
 use std::collections::HashMap;
 
-use super::block::{Axis, Block, Names, Row};
-use super::clock::{Clock, Segment};
+use super::block::{Block, Names, Row};
+use super::clock::Clock;
 use super::header::{
-    END_OF_HEADER, END_SPECIAL, Header, Parting, START_SPECIAL, Stated, X_VALUE, behind, cells, in_words, is_begun,
-    is_title, number, parting, plain, segment_key, without_end,
+    END_OF_HEADER, END_SPECIAL, Header, Parting, START_SPECIAL, Stated, X_VALUE, behind, cells, in_words, is_title,
+    parting, segment_key, without_end,
 };
-use super::layout::{Looked, Question, XColumns};
+use super::layout::Looked;
 use super::start::Start;
 use super::tell::Odd;
 use crate::IngestError;
 use crate::error::{Place, shown};
-use crate::finding::places::{as_text, cut_line, no_line_end, quoted};
+use crate::finding::places::{as_text, quoted};
 use crate::finding::{FindingKind, Severity};
 use crate::formats::csv::rows::fast_line;
 use crate::formats::csv::source::{BadLines, Ending, Source, Window};
 use crate::formats::csv::tally::Tally;
 use crate::formats::csv::text::check_utf8;
 use crate::formats::csv::{CellKind, Decimal, cell_kind};
-use crate::limits::{LINE_BYTES_MAX, LOG_CELLS_MAX, LOG_COLUMNS_MAX};
+use crate::limits::{LINE_BYTES_MAX, LOG_CELLS_MAX};
 use crate::raw::RawFile;
 use crate::recording::Keep;
 
@@ -70,7 +73,6 @@ struct Reader<'a> {
     is_decimal_found: bool,
     state: State,
     is_special: bool,
-    has_title: bool,
     file: Header,
     header: Header,
     /// Keys of this header.
@@ -172,7 +174,7 @@ impl<'a> Reader<'a> {
         match parting.map(|parting| parting.stated) {
             None => reasons.push("nothing tells how cells are parted: taken for tabs".to_owned()),
             Some(Stated::Byte(byte)) if byte == separator => {
-                reasons.push(format!("cells are parted by {word}, as stated"))
+                reasons.push(format!("cells are parted by {word}, as stated"));
             }
             Some(Stated::Byte(byte)) => {
                 let stated = separator_word(byte);
@@ -199,7 +201,6 @@ impl<'a> Reader<'a> {
             is_decimal_found: false,
             state: State::File,
             is_special: false,
-            has_title: false,
             file: Header::default(),
             header: Header::default(),
             own: Vec::new(),
@@ -315,7 +316,7 @@ impl<'a> Reader<'a> {
         }
         let is_blank = without_end(bytes, self.separator).is_empty();
         match self.state {
-            State::Rows if self.is_header(bytes) => {
+            State::Rows if is_header(bytes) => {
                 self.end_segment();
                 self.header_line(bytes);
             }
@@ -324,7 +325,7 @@ impl<'a> Reader<'a> {
                 let usual = self.blocks.get(self.current).map_or(0, |block| block.layout.cells);
                 // One separator alone stands between segments.
                 if !is_blank || (separators > 1 && separators + 1 >= usual) {
-                    self.sample(line)?;
+                    self.sample(line);
                 }
                 return Ok(true);
             }
@@ -333,7 +334,7 @@ impl<'a> Reader<'a> {
                 let window = Window { bytes: &whole, ended: line.behind.ended };
                 let Some(looked) = Looked::new(window, self.separator) else { return Ok(false) };
                 self.begin_segment(None, &looked, line.number)?;
-                self.sample(line)?;
+                self.sample(line);
                 return Ok(true);
             }
             _ if is_blank => {}
@@ -341,11 +342,6 @@ impl<'a> Reader<'a> {
         }
         check_utf8(bytes, line.number, &mut self.bad);
         Ok(true)
-    }
-
-    /// Whether a line among rows begins a header.
-    fn is_header(&self, line: &[u8]) -> bool {
-        line.starts_with(END_OF_HEADER) || is_title(line) || segment_key(line).is_some()
     }
 
     /// Whether a line behind a header that named no channels is a row.
@@ -360,10 +356,8 @@ impl<'a> Reader<'a> {
     /// A line of a header, or of free text in it.
     fn header_line(&mut self, line: &[u8]) {
         if is_title(line) {
-            if self.has_title {
-                self.file = Header::default();
-            }
-            self.has_title = true;
+            // A file may stand behind another.
+            self.file = Header::default();
             self.state = State::File;
             return;
         }
@@ -410,241 +404,6 @@ impl<'a> Reader<'a> {
         self.blocks.get(self.current).map_or(0, Block::rows)
     }
 
-    /// Finds out the decimal sign from the first rows, once there are some.
-    fn find_decimal(&mut self, looked: &Looked, line: usize) {
-        if self.is_decimal_found {
-            return;
-        }
-        let stated = match self.file.value("Decimal_Separator") {
-            Some("." | "Point" | "Dot" | "Period") => Some(Decimal::Point),
-            Some("," | "Comma") => Some(Decimal::Comma),
-            _ => None,
-        };
-        self.is_decimal_found = !looked.rows.is_empty();
-        if self.separator == b',' {
-            self.decimal = Decimal::Point;
-            if stated == Some(Decimal::Comma) && self.is_decimal_found {
-                self.reason("commas part the cells: the decimal sign is the point, whatever is stated".to_owned());
-            }
-            return;
-        }
-        let (points, commas) = (looked.numbers(Decimal::Point), looked.numbers(Decimal::Comma));
-        let in_header =
-            ["X0", "Delta_X"].iter().filter_map(|key| self.header.value(key)).chain(self.file.value("Time"));
-        let header_has_comma = in_header.filter(|value| value.contains([',', '.'])).map(|v| v.contains(',')).next();
-        let by_header = header_has_comma.map(|comma| if comma { Decimal::Comma } else { Decimal::Point });
-        let by_rows = match points.cmp(&commas) {
-            std::cmp::Ordering::Greater => Some(Decimal::Point),
-            std::cmp::Ordering::Less => Some(Decimal::Comma),
-            std::cmp::Ordering::Equal => None,
-        };
-        self.decimal = by_rows.or(stated).or(by_header).unwrap_or(Decimal::Point);
-        if !self.is_decimal_found {
-            return;
-        }
-        let word = if self.decimal == Decimal::Comma { "the comma" } else { "the point" };
-        match stated {
-            Some(stated) if stated != self.decimal => {
-                self.odd.decimal.add_said(0, line, || format!("it is {word}"));
-                self.reason(format!("by the first rows the decimal sign is {word}, not as stated"));
-            }
-            Some(_) => self.reason(format!("the decimal sign is {word}, as stated")),
-            None => self.reason(format!("Decimal_Separator is not stated: by the bytes it is {word}")),
-        }
-    }
-
-    fn begin_segment(&mut self, names: Option<Vec<&[u8]>>, looked: &Looked, line: usize) -> Result<(), IngestError> {
-        self.find_decimal(looked, line);
-        let stated = self.file.value("X_Columns").and_then(XColumns::of);
-        let question = Question { names, header: &self.header, stated, looked, decimal: self.decimal };
-        let (layout, remarks) = question.answer();
-        for reason in remarks.reasons {
-            self.reason(reason);
-        }
-        let row = self.blocks.last().map_or(0, Block::rows);
-        if let Some(mismatch) = remarks.mismatch {
-            self.odd.channels.add_said(row, line, || mismatch);
-        }
-        let first_x = layout.channels.first().and_then(|channel| channel.x_cell);
-        let first_x = first_x.and_then(|cell| looked.first(cell, self.decimal)).map(|x| x * layout.unit_s);
-        let is_absolute = self.file.value("Time_Pref").is_some_and(|pref| pref.eq_ignore_ascii_case("absolute"));
-        let (file, header) = (&self.file, &self.header);
-        let (offsets, start) =
-            self.clock.begin(&Segment { file, header, layout: &layout, first_x, is_absolute, row, line });
-        let is_time = layout.is_time;
-        let channels = layout.channels.len();
-        let axis = |(index, channel): (usize, &super::layout::Channel)| {
-            let offset_s = offsets.get(index).copied().unwrap_or(0.0);
-            let unit_s = layout.unit_s;
-            match channel.x_cell {
-                Some(cell) => Axis::Cell { cell, unit_s, offset_s },
-                None => {
-                    let first = header.of_channel("X0", channel.column, index, channels, true).and_then(number);
-                    let first = first.unwrap_or(0.0);
-                    // Where there is no step, X counts the rows.
-                    let step = channel.step.unwrap_or(1.0);
-                    Axis::Steps { first, step, unit_s, offset_s }
-                }
-            }
-        };
-        let axes: Vec<Axis> = layout.channels.iter().enumerate().map(axis).collect();
-        let implicit =
-            axes.iter().find_map(|axis| if let Axis::Steps { step, .. } = axis { Some(*step) } else { None });
-        self.start = start.filter(|_| is_time && implicit.is_some());
-        if implicit.is_some() && is_time && !header.has("X0") && header.is_stated {
-            self.reason("X0 is not stated: taken for 0".to_owned());
-        }
-        let is_plain = layout.channels.iter().all(|channel| channel.x_cell.is_some());
-        let is_blank = layout.is_first_blank && layout.cells > 1;
-        let is_shifted = layout.x_cells.iter().all(|is_x| !is_x);
-        let can_be_fast = self.separator.is_ascii() && self.separator != b' ' && (is_plain || is_blank || is_shifted);
-        self.fast = can_be_fast.then_some((layout.cells, is_blank));
-        let known = self.of_signature.get(&layout.signature).copied();
-        let index = match known {
-            Some(index) => index,
-            None => {
-                let columns: usize = self.blocks.iter().map(Block::columns).sum();
-                let all = columns.saturating_add(layout.channels.len() + 1);
-                if all > LOG_COLUMNS_MAX {
-                    let expected = format!("at most {LOG_COLUMNS_MAX} columns in all segments");
-                    let next = "segments with other channels become tables of their own: split the file";
-                    return Err(self.unusable(line, &expected, format!("{all} so far"), next));
-                }
-                self.of_signature.insert(layout.signature.clone(), self.blocks.len());
-                self.blocks.push(Block::new(layout, &axes, self.keep, &mut self.names));
-                self.blocks.len() - 1
-            }
-        };
-        // Without a header of its own a segment counts on.
-        if self.header.is_stated || index != self.current {
-            self.at = 0;
-        }
-        if index != self.current {
-            let cells = |index: usize| self.blocks.get(index).map_or(0, Block::cells);
-            self.other_cells = (self.other_cells + cells(self.current)).saturating_sub(cells(index));
-        }
-        self.current = index;
-        if let Some(block) = self.blocks.get_mut(index) {
-            block.begin(&axes, line, &mut self.names);
-        }
-        self.state = State::Rows;
-        Ok(())
-    }
-
-    fn end_segment(&mut self) {
-        self.fast = None;
-        self.state = State::Between;
-        let Some(block) = self.blocks.get_mut(self.current) else { return };
-        let (line, row) = (block.line, block.rows().saturating_sub(1));
-        let layout = block.layout.clone();
-        let held = block.end();
-        self.odd.segment(&held, &self.header, &layout, line, row);
-        if let Some(first) = held.first()
-            && layout.is_time
-            && layout.channels.first().is_some_and(|channel| channel.x_cell.is_none())
-            && let Some(step) = layout.channels.first().and_then(|channel| channel.step)
-        {
-            self.odd.implicit(self.start, first.rows, step * layout.unit_s);
-        }
-        self.header = self.header.next();
-        self.own.clear();
-    }
-
-    /// Takes a row, holes where there is no number.
-    fn sample(&mut self, line: Line) -> Result<(), IngestError> {
-        let (bytes, separator) = (line.bytes, self.separator);
-        check_utf8(bytes, line.number, &mut self.bad);
-        let row = self.rows();
-        let Some(block) = self.blocks.get_mut(self.current) else { return Ok(()) };
-        let usual = block.layout.cells;
-        let mut all: Vec<&[u8]> = cells(bytes, separator).collect();
-        if all.len() > LOG_COLUMNS_MAX.max(2 * usual) {
-            all.truncate(LOG_COLUMNS_MAX.max(2 * usual));
-        }
-        let comment = comment(bytes, separator, usual);
-        let extra = all.get(usual..).unwrap_or_default();
-        let filled_extra = extra.iter().filter(|cell| !cell.is_empty()).count();
-        let extras = extra.len();
-        let first_extra = extra.first().copied().unwrap_or_default();
-        let is_number = matches!(cell_kind(first_extra, self.decimal), CellKind::Number(_));
-        // Which of too many cells is the one too many, nobody knows.
-        let is_shifted = is_number && (!block.layout.is_comment_named || filled_extra > 1);
-        let mut held = all.len().min(usual);
-        all.truncate(usual);
-        self.values.clear();
-        self.kinds.clear();
-        for cell in &all {
-            let kind = cell_kind(cell, self.decimal);
-            self.values.push(if let CellKind::Number(number) = kind { number } else { f64::NAN });
-            self.kinds.push(kind);
-        }
-        let is_sample = self.kinds.iter().any(|kind| matches!(kind, CellKind::Number(_)))
-            || held >= usual
-            || (comment.is_empty() && self.kinds.iter().all(|kind| matches!(kind, CellKind::Empty | CellKind::Hole)));
-        if !is_sample && !line.is_ended && is_begun(bytes) {
-            let text =
-                format!("the file ends within line {}, the first of a header; what followed is lost", line.number);
-            self.tally.tell(self.raw.name(), FindingKind::Truncated, Severity::Lost, &[(row, line.number)], text);
-            return Ok(());
-        }
-        if !is_sample {
-            self.tally.line(FindingKind::SkippedLine, row, line.number, || quoted(bytes));
-            return Ok(());
-        }
-        if !line.is_ended {
-            let file = self.raw.name();
-            if held < usual {
-                // Unless a separator closes it, the last cell may be cut too: `12.5` of `12.53`.
-                let is_cut = bytes.last() != Some(&separator);
-                let text = cut_line(line.number, held - usize::from(!is_cut), usual, is_cut);
-                held -= 1;
-                self.kinds.truncate(held);
-                self.values.truncate(held);
-                self.tally.tell(file, FindingKind::Truncated, Severity::Lost, &[(row, line.number)], text);
-                if self.kinds.iter().all(|kind| *kind == CellKind::Empty) {
-                    return Ok(());
-                }
-            } else {
-                let text = no_line_end(line.number);
-                self.tally.tell(file, FindingKind::NoLineEnd, Severity::Note, &[(row, line.number)], text);
-            }
-        } else if held < usual {
-            // Channels with an X of their own may be shorter than others.
-            let is_shorter = held > 0 && block.layout.x_cells.get(held).copied().unwrap_or(false);
-            if !is_shorter {
-                self.tally.line(FindingKind::RaggedLine, row, line.number, || format!("{held} cells"));
-            }
-        } else if is_shifted {
-            let count = usual + extras;
-            self.tally.line(FindingKind::RaggedLine, row, line.number, || format!("{count} cells"));
-            self.values.iter_mut().for_each(|value| *value = f64::NAN);
-        }
-        self.values.resize(usual, f64::NAN);
-        self.kinds.resize(usual, CellKind::Empty);
-        if block.layout.is_first_blank && self.kinds.first().is_some_and(|kind| *kind != CellKind::Empty) {
-            self.odd.ignored_x.add(row, line.number, all.first().copied().unwrap_or_default());
-        }
-        let words = if is_shifted || comment.is_empty() { String::new() } else { as_text(comment) };
-        if !words.is_empty() && !block.layout.is_comment_named {
-            let why = "text behind the channels is kept as `Comment`, which the line of names does not have".to_owned();
-            if !self.reasons.contains(&why) {
-                self.reasons.push(why);
-            }
-        }
-        let careful = (!is_shifted).then_some((&self.kinds[..], &all[..]));
-        let row = Row {
-            values: &self.values,
-            careful,
-            at: self.at,
-            line: line.number,
-            comment: &words,
-            is_cut: !line.is_ended,
-        };
-        block.push(row, &mut self.names);
-        self.at += 1;
-        Ok(())
-    }
-
     fn finish(mut self, line: usize, source: Source) -> Result<Read<'a>, IngestError> {
         let file = self.raw.name();
         if self.blocks.is_empty() {
@@ -677,19 +436,14 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// Whether a line among rows begins a header.
+fn is_header(line: &[u8]) -> bool {
+    line.starts_with(END_OF_HEADER) || is_title(line) || segment_key(line).is_some()
+}
+
 /// Whether a line that begins as the names do among rows is one: a row does not begin with a word.
 fn is_names(line: &[u8], separator: u8) -> bool {
     behind(line, X_VALUE).is_some_and(|rest| rest.first().is_none_or(|b| *b == separator))
-}
-
-/// What stands behind the channels.
-fn comment(line: &[u8], separator: u8, usual: usize) -> &[u8] {
-    let mut rest = line;
-    for _ in 0..usual {
-        let Some(at) = rest.iter().position(|b| *b == separator) else { return &[] };
-        rest = rest.get(at + 1..).unwrap_or_default();
-    }
-    plain(without_end(rest, separator))
 }
 
 fn separator_word(byte: u8) -> String {

@@ -46,7 +46,7 @@ const PRINT_S: f64 = 1.5e-6;
 /// Whether a stated step leads away from `steps` steps of which `mean` is the mean: by a part of each, or by a whole one in all.
 fn is_off(stated: f64, mean: f64, steps: usize) -> bool {
     let (off, all) = ((stated - mean).abs(), (stated - mean).abs() * steps as f64);
-    (off > STEP_PART * mean.abs() && all > PRINT_S) || all > mean.abs() && all > PRINT_S
+    all > PRINT_S && (off > STEP_PART * mean.abs() || all > mean.abs())
 }
 
 impl Odd {

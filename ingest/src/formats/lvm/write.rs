@@ -151,7 +151,7 @@ impl<'t> Sheet<'t> {
         let separator = char::from(self.options.separator);
         let is_quoted = text.starts_with('"') && text.ends_with('"');
         let trimmed = text.trim_matches([' ', '\t']);
-        if trimmed != text || is_quoted || text.contains(|c| c == separator || matches!(c, '\n' | '\r' | '\0')) {
+        if trimmed != text || is_quoted || text.contains([separator, '\n', '\r', '\0']) {
             let expected = format!("{what} without separators, line ends, and blanks or quotes around it");
             return Err(wrong(table, &expected, shown(text)));
         }
