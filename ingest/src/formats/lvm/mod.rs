@@ -31,6 +31,8 @@ mod layout;
 mod rows;
 mod start;
 mod tell;
+#[cfg(test)]
+mod tests;
 mod write;
 
 use crate::IngestError;
