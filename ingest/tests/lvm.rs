@@ -793,3 +793,57 @@ fn few_digits_are_written_where_asked_for() {
     let text = String::from_utf8(bytes).unwrap();
     assert!(text.ends_with("0.000\t0.667\r\n0.333\t-1000000000.000\r\n"), "{text}");
 }
+
+#[test]
+fn a_row_that_begins_with_a_word_names_no_columns() {
+    // Found by the fuzzer: a first row without names, a word in its first cell and an empty one at its end.
+    let text = format!("{HEAD}Channels\t1\n***End_of_Header***\n0.2\t3\n0.3Header\t\n");
+    let recording = read(&text);
+    assert_eq!(numbers(&recording, "column 2")[0], 3.0);
+    has_reason(&recording, "no line `X_Value` names the columns");
+    assert_eq!(kinds(&recording)[0].0, FindingKind::NonNumericCell);
+}
+
+#[test]
+fn lines_of_all_seeds_in_any_order_never_panic_and_are_read_alike() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/lvm");
+    let mut lines: Vec<Vec<u8>> = vec![];
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let bytes = std::fs::read(entry.unwrap().path()).unwrap();
+        lines.extend(bytes.split_inclusive(|b| *b == b'\n').map(<[u8]>::to_vec));
+    }
+    lines.sort();
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut next = |below: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        usize::try_from(state % below as u64).unwrap()
+    };
+    let mut read_at_all = 0;
+    for _ in 0..6_000 {
+        let mut bytes = if next(2) == 0 { HEAD.as_bytes().to_vec() } else { vec![] };
+        for _ in 0..next(60) {
+            bytes.extend_from_slice(&lines[next(lines.len())]);
+            if next(12) == 0 {
+                let cut = next(bytes.len() + 1);
+                bytes.truncate(cut);
+            }
+        }
+        let raw = RawFile::of_bytes("r", &bytes);
+        let read = |keep| lvm::read(&raw, keep);
+        match (read(Keep::All), read(Keep::Nothing)) {
+            (Ok(kept), Ok(looked_at)) => {
+                assert_eq!(kept.findings, looked_at.findings, "{}", String::from_utf8_lossy(&bytes));
+                for (a, b) in kept.tables.iter().zip(&looked_at.tables) {
+                    assert!(a.columns.iter().all(|column| column.cells.len() == a.rows));
+                    assert_eq!((a.rows, a.columns.len(), a.lines.rows()), (b.rows, b.columns.len(), a.rows));
+                }
+                read_at_all += 1;
+            }
+            (Err(kept), Err(looked_at)) => assert_eq!(kept.to_string(), looked_at.to_string()),
+            (kept, _) => panic!("{}", kept.is_ok()),
+        }
+    }
+    assert!(read_at_all > 1_000, "{read_at_all}");
+}

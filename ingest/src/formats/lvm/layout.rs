@@ -222,8 +222,9 @@ impl Question<'_, '_> {
     /// Columns of the first rows, where no line names them.
     fn width(&self) -> usize {
         let numbers = |row: &Vec<&[u8]>| {
-            let numbers = row.iter().take_while(|cell| !matches!(cell_kind(cell, self.decimal), CellKind::Text));
-            numbers.count() - row.iter().rev().take_while(|cell| cell.is_empty()).count().min(1)
+            let filled = row.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
+            let is_text = |cell: &&[u8]| matches!(cell_kind(cell, self.decimal), CellKind::Text);
+            row.iter().position(is_text).unwrap_or(filled).min(filled)
         };
         self.looked.rows.iter().map(numbers).max().unwrap_or(0)
     }
