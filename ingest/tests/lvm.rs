@@ -503,7 +503,7 @@ fn what_headers_state_is_held_against_the_rows() {
         SEGMENT.replace("09:13:00.5", &format!("09:13:0{k}")).replace("Delta_X\t0.1\t0.1", "Delta_X\t0.3\t0.3")
     };
     let rows = NO.replacen('0', "", 1).repeat(3);
-    let text: String = (0..4).map(|k| format!("{}{rows}\n", segment(k))).collect();
+    let text = (0..4).map(|k| format!("{}{rows}\n", segment(k))).collect::<Vec<_>>().concat();
     let recording = read(&format!("{HEAD}{text}").replace("X_Columns\tOne", "X_Columns\tNo"));
     assert_eq!(kinds(&recording), [(FindingKind::StepMismatch, Severity::Note, 1)]);
     assert!(recording.findings[0].text.contains("0.3333333333333333 s a sample"), "{}", recording.findings[0].text);

@@ -8,7 +8,7 @@ use crate::recording::Keep;
 #[test]
 fn the_size_of_pieces_changes_nothing() {
     let segment = |k: usize| {
-        let rows: String = (0..20).map(|i| format!("0.{i:02}\t{}\t{}\r\r\n", i * k, i + k)).collect();
+        let rows = (0..20).map(|i| format!("0.{i:02}\t{}\t{}\r\r\n", i * k, i + k)).collect::<Vec<_>>().concat();
         let (head, tail) = rows.split_at(rows.len() / 2);
         let cut = tail.find('\n').map_or(0, |end| end + 1);
         let (line, tail) = tail.split_at(cut);
