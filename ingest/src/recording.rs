@@ -27,7 +27,8 @@ pub struct Recording {
 /// Columns of equal length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// The topic; empty where the file holds one table only.
+    /// The topic; empty where the file has no names for its tables. It is a namespace: several tables may share a name, and then no two
+    /// of their columns do, so that a column's [`full_name`] is one column of the recording.
     pub name: String,
     /// What it holds, where the file says it: a message type.
     pub schema: Option<String>,

@@ -113,6 +113,8 @@ kinds! {
     ConflictingDefinition = "conflicting-definition",
     /// A file says that it holds more or less than was found.
     CountMismatch = "count-mismatch",
+    /// A file states another step of time than its stamps have.
+    StepMismatch = "step-mismatch",
     /// Elements of arrays that became no columns, or texts that became no cells.
     NotExpanded = "not-expanded",
     /// A scale from raw values to measured ones that is not supported, or not whole.

@@ -10,6 +10,7 @@ pub mod csv;
 pub mod foreign;
 pub mod gauge;
 mod lines;
+pub mod lvm;
 pub mod mcap;
 pub mod serial;
 mod sheet;
@@ -42,6 +43,8 @@ pub enum Format {
     Mcap,
     /// What LabVIEW and NI's drivers stream to, or its index.
     Tdms,
+    /// A measurement file of LabVIEW.
+    Lvm,
     /// The sequence file of a PLUS toolkit's tracker.
     Plus,
     /// The log of a trakSTAR.
@@ -58,14 +61,24 @@ pub enum Format {
 
 impl Format {
     /// All formats, in the order in which they are tried.
-    pub const ALL: [Self; 8] =
-        [Self::Mcap, Self::Tdms, Self::Plus, Self::Trakstar, Self::Transposed, Self::Gauge, Self::Serial, Self::Csv];
+    pub const ALL: [Self; 9] = [
+        Self::Mcap,
+        Self::Tdms,
+        Self::Lvm,
+        Self::Plus,
+        Self::Trakstar,
+        Self::Transposed,
+        Self::Gauge,
+        Self::Serial,
+        Self::Csv,
+    ];
 
     /// Its word in manifests.
     pub fn id(self) -> &'static str {
         match self {
             Self::Mcap => "mcap",
             Self::Tdms => "tdms",
+            Self::Lvm => "lvm",
             Self::Plus => "plus",
             Self::Trakstar => "trakstar",
             Self::Transposed => "transposed",
@@ -111,6 +124,7 @@ pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
     let TextHead { bytes, is_whole } = text_head(raw)?;
     let is = |format: &Format| match format {
         Format::Mcap | Format::Tdms => false,
+        Format::Lvm => lvm::looks_like(&bytes),
         Format::Plus => tracker::plus::looks_like(&bytes),
         Format::Trakstar => tracker::trakstar::looks_like(&bytes, is_whole),
         Format::Transposed => transposed::looks_like(&bytes, is_whole),
@@ -129,6 +143,7 @@ pub fn read(raw: &RawFile, options: &Options, keep: Keep) -> Result<Recording, I
     let mut recording = match options.format.map_or_else(|| detect(raw), Ok)? {
         Format::Mcap => return mcap::read(raw, keep),
         Format::Tdms => return tdms::read(raw, keep),
+        Format::Lvm => lvm::read(raw, keep)?,
         Format::Plus => tracker::plus::read(raw, keep)?,
         Format::Trakstar => tracker::trakstar::read(raw, options.tracker, keep)?,
         Format::Transposed => transposed::read(raw, keep)?,

@@ -15,14 +15,14 @@
 //! | `write.rs` | the writer |
 
 mod cells;
-mod numbers;
-mod rows;
+pub(in crate::formats) mod numbers;
+pub(in crate::formats) mod rows;
 mod sniff;
-mod source;
-mod tally;
+pub(in crate::formats) mod source;
+pub(in crate::formats) mod tally;
 #[cfg(test)]
 mod tests;
-mod text;
+pub(in crate::formats) mod text;
 mod write;
 
 use std::collections::{HashMap, HashSet};
@@ -214,7 +214,7 @@ impl From<TextLog> for Recording {
 }
 
 /// Findings about the bytes.
-fn tell_file(
+pub(in crate::formats) fn tell_file(
     file: &str,
     encoding: Encoding,
     bad: &BadLines,

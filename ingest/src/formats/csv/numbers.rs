@@ -57,7 +57,7 @@ pub fn parse(cell: &[u8], decimal: Decimal) -> Option<f64> {
 
 /// The number that begins at `start`, and where it ends.
 #[inline]
-pub(super) fn scan(bytes: &[u8], start: usize, decimal: u8) -> Option<(f64, usize)> {
+pub(in crate::formats) fn scan(bytes: &[u8], start: usize, decimal: u8) -> Option<(f64, usize)> {
     let first = *bytes.get(start)?;
     let negative = first == b'-';
     let mut at = start + usize::from(negative || first == b'+');

@@ -202,7 +202,13 @@ fn head(source: &mut Source, found: &Found, bad: &mut BadLines) -> Result<Vec<St
 /// A line of exactly as many finite numbers as `row` holds, with its line end; where the next one begins. `None` for every other line,
 /// which is left to the careful path.
 #[inline]
-fn fast_line(bytes: &[u8], start: usize, delimiter: u8, decimal: u8, row: &mut [f64]) -> Option<usize> {
+pub(in crate::formats) fn fast_line(
+    bytes: &[u8],
+    start: usize,
+    delimiter: u8,
+    decimal: u8,
+    row: &mut [f64],
+) -> Option<usize> {
     let mut at = start;
     let count = row.len();
     for (i, value) in row.iter_mut().enumerate() {

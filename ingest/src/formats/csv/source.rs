@@ -40,7 +40,7 @@ impl Encoding {
 
 /// Lines with bytes that are not the encoding: how many, and the first of them.
 #[derive(Debug, Clone, Default)]
-pub(super) struct BadLines {
+pub(in crate::formats) struct BadLines {
     pub count: usize,
     pub first: Vec<usize>,
     last: usize,
@@ -65,7 +65,7 @@ impl BadLines {
 
 /// A part of a text.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Window<'a> {
+pub(in crate::formats) struct Window<'a> {
     pub bytes: &'a [u8],
     /// Whether the text ends with it.
     pub ended: bool,
@@ -110,13 +110,13 @@ impl<'a> Window<'a> {
 }
 
 /// Bytes asked of the system at once: few enough to stay in the cache until they are numbers.
-pub(super) const CHUNK: usize = 1 << 18;
+pub(in crate::formats) const CHUNK: usize = 1 << 18;
 
 /// Zero bytes in a row among the text beyond which it does not matter how many there are: no line is as long.
 const ZEROS_MAX: u64 = 2 * LINE_BYTES_MAX as u64;
 
 /// A text on its way through memory, as bytes in UTF-8, single lines in Latin-1.
-pub(super) struct Source<'a> {
+pub(in crate::formats) struct Source<'a> {
     raw: &'a RawFile<'a>,
     reader: Box<dyn Read + 'a>,
     encoding: Encoding,
@@ -265,7 +265,7 @@ impl<'a> Source<'a> {
 
 /// What the end of a text tells.
 #[derive(Debug)]
-pub(super) struct Ending {
+pub(in crate::formats) struct Ending {
     pub encoding: Encoding,
     /// Zero bytes cut off at the end: what a file system leaves of a file that was being written when the power went.
     pub zeros: u64,

@@ -7,7 +7,7 @@ use crate::finding::{Finding, FindingKind, LineMap, Severity};
 
 /// What was odd, by kind and column.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
+pub(in crate::formats) struct Tally {
     cells: BTreeMap<(usize, FindingKind), Places>,
     lines: ByKind,
     /// Findings that have their sentence already.

@@ -13,7 +13,7 @@ pub(super) fn line_end(bytes: &[u8], from: usize) -> usize {
 /// Where the next line begins after a line that ends at `end`: LF, CR LF, CR CR LF (written through two layers that both
 /// translate line ends) and CR each are one line end.
 #[inline]
-pub(super) fn after_line_end(bytes: &[u8], end: usize) -> usize {
+pub(in crate::formats) fn after_line_end(bytes: &[u8], end: usize) -> usize {
     match bytes.get(end..) {
         None | Some([]) => end,
         Some([b'\r', b'\r', b'\n', ..]) => end + 3,
@@ -157,7 +157,7 @@ fn closing_quote(window: Window, open: usize, delimiter: u8) -> Option<Close> {
 }
 
 /// Tells which lines hold bytes that are not UTF-8; the first of them is `line`.
-pub(super) fn check_utf8(bytes: &[u8], mut line: usize, bad: &mut BadLines) {
+pub(in crate::formats) fn check_utf8(bytes: &[u8], mut line: usize, bad: &mut BadLines) {
     if std::str::from_utf8(bytes).is_ok() {
         return;
     }

@@ -65,6 +65,19 @@ pub(crate) fn seconds_of(text: &str) -> Option<(f64, bool)> {
     }
 }
 
+/// A date and a time of day in whole seconds since 1970, by the clock that wrote them; and whether day and month may be either way round,
+/// in which case the day is taken to stand first.
+pub(crate) fn local_second(text: &str) -> Option<(i64, bool)> {
+    let stamp = one(text)?;
+    let (days, is_open) = match stamp.date {
+        Date::Days(days) => (days, false),
+        Date::Either { day_first: Some(days), month_first } => (days, month_first.is_some_and(|other| other != days)),
+        Date::Either { day_first: None, month_first } => (month_first?, false),
+        Date::None => return None,
+    };
+    Some((days * (NANOS_PER_DAY / NANOS_PER_SECOND) + stamp.time_ns? / NANOS_PER_SECOND, is_open))
+}
+
 fn seconds(nanos: i128) -> f64 {
     // Whole seconds and the rest, each exact: one rounding only.
     let second = i128::from(NANOS_PER_SECOND);
