@@ -38,7 +38,7 @@ pub(super) struct Clock {
     without: usize,
     equal: usize,
     foreign: usize,
-    /// Starts that are earlier than the one before.
+    /// Starts that are earlier than one that stands before them.
     pub back: Places,
     /// Dates or times of day that cannot be read.
     pub unread: Places,

@@ -124,7 +124,8 @@ fn of_starts(file: &str, clock: &mut clock::Clock) -> Vec<Finding> {
     let back = take(&mut clock.back);
     if back.count() > 0 {
         let segments = back.counted("segment begins", "segments begin");
-        let text = format!("{segments} before the one before it {}; X is used as it stands there", back.listed());
+        let text =
+            format!("{segments} before one that stands before it {}; X is used as it stands there", back.listed());
         findings.push(back.finding(FindingKind::TimeReversed, Severity::Note, file, None, text));
     }
     let unread = take(&mut clock.unread);
