@@ -1,4 +1,4 @@
-//! What LabVIEW writes, through the binary: TDMS streams, their damage and their scales.
+//! What LabVIEW writes, through the binary: TDMS streams, their damage and their scales, and measurement files.
 
 // In a test a panic is how a failure is told.
 #![allow(clippy::unwrap_used, clippy::panic)]
@@ -157,4 +157,58 @@ fn an_index_is_no_log_and_says_where_the_log_is() {
     let said = pneuval(folder.path(), &["inspect", "run.tdms_index"]);
     assert_eq!(said.code, 4, "{}{}", said.out, said.err);
     assert!(said.err.contains("read run.tdms beside it"), "{}", said.err);
+}
+
+/// The same plateaus as a measurement file: decimal comma, a clock for each channel, a header that is wrong about its step.
+fn measurement_file() -> String {
+    let mut text = "LabVIEW Measurement\t\r\nWriter_Version\t2\r\nSeparator\tTab\r\nDecimal_Separator\t,\r\nMulti_Headings\tNo\r\n\
+        X_Columns\tMulti\r\nTime_Pref\tAbsolute\r\nDate\t2026/11/22\r\nTime\t09:13:00,0\r\n***End_of_Header***\t\r\n\t\r\n\
+        Channels\t2\t\t\r\nSamples\t600\t\t600\t\r\nDate\t2026/11/22\t\t2026/11/22\t\r\nTime\t09:13:00,5\t\t09:13:00,5\t\r\n\
+        Y_Unit_Label\tkPa\t\tmm\t\r\nX_Dimension\tTime\t\tTime\t\r\nX0\t0,0\t\t0,0\t\r\nDelta_X\t0,010000\t\t0,010000\t\r\n\
+        ***End_of_Header***\t\t\t\t\r\nX_Value\tp\tX_Value\tstroke\tComment\r\n"
+        .to_owned();
+    for i in 0..600 {
+        let x = format!("{:.6}", f64::from(i) * 0.01).replace('.', ",");
+        let (p, stroke) = [("0,0", "0,0"), ("20,0", "10,1"), ("40,0", "29,9")][i as usize / 200];
+        text.push_str(&format!("{x}\t{p}\t{x}\t{stroke}\r\n"));
+    }
+    text
+}
+
+#[test]
+fn a_measurement_file_is_compared_by_the_times_that_it_states() {
+    let folder = sitting(&[]);
+    fs::write(folder.path().join("run.lvm"), measurement_file()).unwrap();
+    let session = SESSION.replace("rig.p", "p").replace("rig.stroke", "stroke").replace("run.tdms", "run.lvm");
+    fs::write(folder.path().join("session.toml"), session).unwrap();
+    let said = pneuval(folder.path(), &["validate", ".", "--out", "report"]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert_eq!(measured(folder.path()), ["0.0000", "0.0101", "0.0299"]);
+    // Both X columns are the same, so there is one clock and one table.
+    let said = pneuval(folder.path(), &["ingest", ".", "--json"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let told: Value = serde_json::from_str(&said.out).unwrap();
+    let table = &told[0]["record"]["files"][0]["runs"][0]["tables"];
+    assert_eq!((table.as_array().unwrap().len(), &table[0]["from_s"]), (1, &Value::from(0.5)));
+    let said = pneuval(folder.path(), &["inspect", "run.lvm"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("600 samples over 5.990 s, 100 Hz by X_Value"), "{}", said.out);
+}
+
+#[test]
+fn columns_of_several_clocks_are_named_as_inspect_names_them() {
+    // The second channel begins later: its X is another.
+    let text = measurement_file().replace("Time\t09:13:00,5\t\t09:13:00,5", "Time\t09:13:00,5\t\t09:13:01,5");
+    let folder = sitting(&[]);
+    fs::write(folder.path().join("run.lvm"), text).unwrap();
+    let session = SESSION.replace("rig.p", "p").replace("rig.stroke", "stroke").replace("run.tdms", "run.lvm");
+    let x = "[[channel]]\nid = \"x\"\ncolumn = \"X_Value\"\n\n[[channel]]\nid = \"x-2\"\ncolumn = \"X_Value (2)\"\n\n[[run]]";
+    let (channels, _) = session.split_once("[[response]]").unwrap();
+    fs::write(folder.path().join("session.toml"), channels.replace("[[run]]", x)).unwrap();
+    let said = pneuval(folder.path(), &["ingest", ".", "--json"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let told: Value = serde_json::from_str(&said.out).unwrap();
+    let tables = told[0]["record"]["files"][0]["runs"][0]["tables"].as_array().unwrap();
+    let starts: Vec<&Value> = tables.iter().map(|table| &table["from_s"]).collect();
+    assert_eq!(starts, [0.5, 1.5]);
 }

@@ -113,8 +113,9 @@ impl<'a> Log<'a> {
     /// A column by name or number; `line` is where the manifest asks for it.
     pub fn column(&self, column: &ColumnRef, reader: &Reader, line: usize) -> Result<ColumnId, IngestError> {
         let tables = &self.recording.tables;
-        if let ColumnRef::Name(name) = column
-            && tables.iter().any(|table| table.column(&format!("{name} (2)")).is_some())
+        // Of several tables a name is that of one column, as `inspect` shows it.
+        if let (ColumnRef::Name(name), [table]) = (column, tables.as_slice())
+            && table.column(&format!("{name} (2)")).is_some()
         {
             let expected = "a column whose name stands once in the log";
             let next = "name it by its number, or as `… (2)`".to_owned();
