@@ -187,7 +187,7 @@ fn table_text(table: &Table) -> String {
     if let Some((column, clock)) = time.and_then(|column| Some((column, column.clock.as_ref()?))) {
         // A clock that began anew ends before it begins: a finding tells how.
         let forward = clock.span.filter(|(first, last)| last >= first);
-        let span = forward.map_or(String::new(), |(a, b)| format!(" over {:.3} s", b - a));
+        let span = forward.map_or(String::new(), |(a, b)| format!(" over {}", table::seconds(b - a)));
         let rate = clock.rate_hz.map_or(String::new(), |rate| format!(", {}", table::hertz(rate)));
         let _ = write!(out, "{span}{rate} by {}", column.name);
     }

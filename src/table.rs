@@ -82,6 +82,16 @@ pub fn plain<S: AsRef<str>>(headers: &[S], right: &[usize]) -> Table {
     table
 }
 
+/// A time to three decimals, of a unit in which it does not vanish.
+pub fn seconds(seconds: f64) -> String {
+    match seconds {
+        0.0 => "0 s".to_owned(),
+        s if s < 1e-4 => format!("{:.3} us", 1e6 * s),
+        s if s < 0.1 => format!("{:.3} ms", 1e3 * s),
+        s => format!("{s:.3} s"),
+    }
+}
+
 /// A rate to four digits.
 pub fn hertz(rate: f64) -> String {
     format!("{} Hz", number(rate))

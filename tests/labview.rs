@@ -193,6 +193,11 @@ fn a_measurement_file_is_compared_by_the_times_that_it_states() {
     let said = pneuval(folder.path(), &["inspect", "run.lvm"]);
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(said.out.contains("600 samples over 5.990 s, 100 Hz by X_Value"), "{}", said.out);
+    let odd =
+        measurement_file().replace("kPa", "furlong").replace("0,010000", "0,000001").replace("0,01\t", "0,000001\t");
+    fs::write(folder.path().join("odd.lvm"), odd).unwrap();
+    let said = pneuval(folder.path(), &["inspect", "odd.lvm"]);
+    assert!(said.out.contains("GUESS: `furlong`, as the log says, is no unit that is known here"), "{}", said.out);
 }
 
 #[test]

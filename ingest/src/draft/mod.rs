@@ -155,7 +155,7 @@ fn write_pressure(out: &mut String, pressure: &Part, guesses: &mut Vec<String>) 
             guesses.push("the pressure is logged raw: fill in its calibration in rig.toml".to_owned());
         }
         None => {
-            *out += "unit = \"kPa\"  # GUESS: the log does not say\n";
+            let _ = writeln!(out, "unit = \"kPa\"  # GUESS: {}", pressure.why_no_unit());
             guesses.push(format!("{} is taken to be in kPa", pressure.full_name()));
         }
     }
@@ -172,7 +172,7 @@ fn write_channels(out: &mut String, parts: &[Part], guesses: &mut Vec<String>) {
                 *out += "reference = \"gauge\"  # GUESS\n";
             }
         } else {
-            *out += "unit = \"1\"  # GUESS: the log does not say\n";
+            let _ = writeln!(out, "unit = \"1\"  # GUESS: {}", part.why_no_unit());
             guesses.push(format!("{} is taken to be a plain number", part.full_name()));
         }
     }

@@ -42,6 +42,14 @@ impl Part<'_> {
         one_line(&self.table.full_name(&self.column.name))
     }
 
+    /// Why its unit is a guess.
+    pub fn why_no_unit(&self) -> String {
+        match &self.column.unit {
+            Some(unit) => format!("`{}`, as the log says, is no unit that is known here", one_line(unit)),
+            None => "the log does not say".to_owned(),
+        }
+    }
+
     /// A hundredth of the range, as two digits.
     pub fn tolerance(&self) -> String {
         let tolerance = 0.01 * (self.range.1 - self.range.0);
