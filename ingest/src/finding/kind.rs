@@ -119,4 +119,6 @@ kinds! {
     UnsupportedScaling = "unsupported-scaling",
     /// Counts of a converter, and no scale for them.
     Unscaled = "unscaled",
+    /// A clock without a date, in a file whose other clocks have one.
+    NoDate = "no-date",
 }

@@ -33,7 +33,7 @@
 //! | `channel.rs` | a channel on its way to columns |
 //! | `scaling/` | NI's scalings |
 //! | `timing.rs`, `tables.rs` | times, and channels that share them |
-//! | `reading.rs` | the pass |
+//! | `reading.rs`, `take.rs` | the pass from segment to segment, and the values of each |
 //! | `tell.rs` | findings and their sentences |
 //! | `write/` | the writer |
 
@@ -45,6 +45,7 @@ mod reading;
 mod scaling;
 mod stream;
 mod tables;
+mod take;
 mod tell;
 mod timing;
 mod types;
