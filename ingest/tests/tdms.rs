@@ -935,6 +935,10 @@ fn channels_of_a_card_that_disagree_on_its_rows_are_an_error() {
         |path, count, place| LITTLE.object(path, &LITTLE.daqmx(u32::MAX, false, count, &[(3, 0, place, 0)], &[4]), &[]);
     let told = error(&LITTLE.segment(USUAL | DAQMX, &[object(P, 4, 0), object(F, 2, 2)], &[0; 16]));
     assert!(told.contains("disagree on raw buffer 0: 4 and 2 rows"), "{told}");
+    // A scale that takes scaler 0 could mean either.
+    let twice = LITTLE.daqmx(u32::MAX, false, 4, &[(3, 0, 0, 0), (3, 0, 2, 0)], &[4]);
+    let told = error(&LITTLE.segment(USUAL | DAQMX, &[LITTLE.object(P, &twice, &LINEAR)], &[0; 16]));
+    assert!(told.contains("two scalers of the id 0"), "{told}");
     let scalers = vec![(3, 0, 0, 0); 1_000];
     let object = LITTLE.object(P, &LITTLE.daqmx(u32::MAX, false, 4, &scalers, &[4]), &[]);
     assert!(error(&LITTLE.segment(USUAL | DAQMX, &[object], &[0; 16])).contains("1000 scalers"));

@@ -257,6 +257,9 @@ impl<'b> Cursor<'b> {
             } else {
                 (place, None)
             };
+            if scalers.iter().any(|scaler: &Scaler| scaler.id == id) {
+                return Err(format!("a channel has two scalers of the id {id}"));
+            }
             scalers.push(Scaler { id, data_type: of, buffer, offset, bit });
         }
         let mut widths = Vec::new();
