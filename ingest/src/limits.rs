@@ -60,7 +60,10 @@ pub const TDMS_PROPERTIES_BYTES_MAX: usize = 64 << 20;
 /// Texts of a channel in a chunk of a TDMS file.
 pub const TDMS_TEXTS_BYTES_MAX: u64 = 64 << 20;
 
-/// Scales of a channel of a TDMS file.
+/// Raw buffers of a segment of a TDMS file: a DAQ card has one.
+pub const TDMS_BUFFERS_MAX: usize = 1_024;
+
+/// Scales of a channel of a TDMS file, and scalers of a DAQ card that it may take.
 pub const TDMS_SCALES_MAX: usize = 256;
 
 /// Numbers in the tables and polynomials that scale a channel of a TDMS file. A group states them once for all its channels.

@@ -223,6 +223,12 @@ fn a_last_chunk_may_be_shorter_in_a_segment_that_is_whole() {
         (&[1.0, 2.0, 3.0][..], &[10.0, 20.0, 30.0][..])
     );
     assert_eq!(told(&recording.findings), [(FindingKind::CountMismatch, Severity::Note)]);
+    // Where the file ends within that chunk, its values stay those of their channels.
+    let whole = LITTLE.segment(USUAL, &objects, &i32s(&[1, 2, 10, 20, 3, 30]));
+    let cut = file(&whole[..whole.len() - 2]);
+    assert_eq!((column(&cut, "rig.p"), column(&cut, "rig.F")[..2].to_vec()), (&[1.0, 2.0, 3.0][..], vec![10.0, 20.0]));
+    assert!(column(&cut, "rig.F")[2].is_nan());
+    assert_eq!(told(&cut.findings), [CUT]);
     // Three bytes that no value fills are told.
     let recording = file(&LITTLE.segment(USUAL, &objects, &[i32s(&[1, 2, 10, 20, 3, 30]), vec![0; 3]].concat()));
     assert_eq!(column(&recording, "rig.p").len(), 3);
@@ -743,4 +749,246 @@ fn values_that_a_scale_does_not_hold_for_are_holes_that_are_told() {
     assert!(numbers[1].is_nan() && numbers[2].is_nan());
     assert_eq!(told(&recording.findings), [(FindingKind::OutOfRange, Severity::Excluded)]);
     assert_eq!((recording.findings[0].count, recording.findings[0].spans[0].first_sample), (1, 1));
+}
+
+#[test]
+fn a_scale_of_a_group_or_file_stated_behind_values_holds_for_them_and_one_that_changes_is_told() {
+    let index = LITTLE.index(3, 2);
+    for (path, named) in [("/'rig'", "group `rig`"), ("/", "the file"), (P, "channel `rig.p`")] {
+        let stated = |slope| LITTLE.object(path, &LITTLE.no_data(), &linear_of_raw(slope));
+        let late = [
+            LITTLE.segment(USUAL, &[LITTLE.object(P, &index, &[])], &i32s(&[1, 2])),
+            LITTLE.segment(METADATA, &[stated(2.0)], &[]),
+        ]
+        .concat();
+        let recording = file(&late);
+        assert_eq!(column(&recording, "rig.p"), [2.0, 4.0], "{path}");
+        assert_eq!(recording.findings, []);
+        let again = file(&[late, LITTLE.segment(METADATA, &[stated(3.0)], &[])].concat());
+        assert_eq!(column(&again, "rig.p"), [3.0, 6.0], "{path}");
+        assert_eq!(told(&again.findings), [(FindingKind::ConflictingDefinition, Severity::Note)]);
+        assert!(again.findings[0].text.contains(named), "{}", again.findings[0].text);
+    }
+    // A group that nobody has read from concerns nobody.
+    let other = LITTLE.object("/'other'", &LITTLE.no_data(), &linear_of_raw(2.0));
+    let bytes = [
+        LITTLE.segment(USUAL, &[LITTLE.object(P, &index, &[])], &i32s(&[1, 2])),
+        LITTLE.segment(METADATA, &[other], &[]),
+    ];
+    let recording = file(&bytes.concat());
+    assert_eq!(column(&recording, "rig.p"), [1.0, 2.0]);
+    assert!(!recording.reasons.iter().any(|reason| reason.contains("scale")), "{:?}", recording.reasons);
+}
+
+#[test]
+fn a_scale_stated_before_the_first_value_holds_also_where_values_were_described_before_it() {
+    let bytes = [
+        LITTLE.segment(METADATA | NEW_LIST, &[LITTLE.object(P, &LITTLE.index(3, 2), &[])], &[]),
+        LITTLE.segment(METADATA | RAW, &[LITTLE.object(P, &LITTLE.as_before(), &linear_of_raw(2.0))], &i32s(&[1, 2])),
+    ];
+    assert_eq!(column(&file(&bytes.concat()), "rig.p"), [2.0, 4.0]);
+}
+
+#[test]
+fn a_segment_without_metadata_says_itself_whether_values_stand_in_rows() {
+    let index = LITTLE.index(3, 2);
+    let objects = [LITTLE.object(P, &index, &[]), LITTLE.object(F, &index, &[])];
+    let bytes = [
+        LITTLE.segment(USUAL, &objects, &i32s(&[1, 2, -1, -2])),
+        LITTLE.segment(RAW | INTERLEAVED, &[], &i32s(&[3, -3, 4, -4])),
+        LITTLE.segment(RAW, &[], &i32s(&[5, 6, -5, -6])),
+    ];
+    let recording = file(&bytes.concat());
+    assert_eq!(column(&recording, "rig.p"), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    assert_eq!(column(&recording, "rig.F"), [-1.0, -2.0, -3.0, -4.0, -5.0, -6.0]);
+}
+
+#[test]
+fn a_short_chunk_of_a_card_is_told_and_does_not_move_what_follows() {
+    // Scaler 0 in the first buffer, scaler 1 in the second; a scale that adds them, or none.
+    let add = [
+        ("NI_Number_Of_Scales", Prop::U32(3)),
+        ("NI_Scale[2]_Scale_Type", Prop::Text("Add")),
+        ("NI_Scale[2]_Add_Left_Operand_Input_Source", Prop::U32(0)),
+        ("NI_Scale[2]_Add_Right_Operand_Input_Source", Prop::U32(1)),
+    ];
+    for buffers in [[0, 1], [1, 0]] {
+        let index = LITTLE.daqmx(u32::MAX, false, 3, &[(3, buffers[0], 0, 0), (3, buffers[1], 0, 1)], &[2, 2]);
+        for props in [&add[..], &[]] {
+            let first = LITTLE.segment(USUAL | DAQMX, &[LITTLE.object(P, &index, props)], &i16s(&[1, 2, 3, 100]));
+            let short = [first.clone(), LITTLE.segment(RAW, &[], &i16s(&[7, 8, 9, 700, 800, 900]))].concat();
+            let recording = file(&short);
+            if props.is_empty() {
+                let [a, b] = buffers.map(|buffer| format!("rig.p[{buffer}]"));
+                assert_eq!(column(&recording, &a), [1.0, 7.0, 8.0, 9.0]);
+                assert_eq!(column(&recording, &b), [100.0, 700.0, 800.0, 900.0]);
+            } else {
+                assert_eq!(column(&recording, "rig.p"), [101.0, 707.0, 808.0, 909.0]);
+            }
+            assert!(
+                recording.findings.iter().any(|f| f.kind == FindingKind::CountMismatch),
+                "{:?}",
+                recording.findings
+            );
+            // Half a value more belongs to nobody.
+            let odd = LITTLE.segment(
+                USUAL | DAQMX,
+                &[LITTLE.object(P, &index, props)],
+                &[i16s(&[1, 2, 3, 100]), vec![1]].concat(),
+            );
+            let lost = (FindingKind::CountMismatch, Severity::Lost);
+            assert!(told(&file(&odd).findings).contains(&lost));
+            // Where the file ends so, it is cut: columns stay as long as their table.
+            let cut = file(&first[..first.len() - 1]);
+            assert!(cut.tables.iter().all(|table| table.columns.iter().all(|c| c.cells.len() == table.rows)));
+            let cut = file(&[first, LITTLE.segment(RAW, &[], &i16s(&[7, 8, 9, 700]))].concat()[..]);
+            assert!(cut.tables.iter().all(|table| table.columns.iter().all(|c| c.cells.len() == table.rows)));
+        }
+    }
+}
+
+#[test]
+fn counts_that_no_file_has_are_summed_without_going_round() {
+    let half = 1_u64 << 63;
+    let texts = LITTLE.text_index(1, 8);
+    let plain = [LITTLE.object(P, &LITTLE.index(5, half), &[]), LITTLE.object("/'rig'/'s'", &texts, &[])];
+    let card = [LITTLE.object(P, &LITTLE.daqmx(5, false, half, &[(0, 0, 0, 0)], &[1]), &[])];
+    for (toc, objects) in [(USUAL, &plain[..]), (USUAL | DAQMX, &card), (USUAL, &plain[..1])] {
+        let one = LITTLE.segment(toc, objects, &[1, 2, 3]);
+        let recording = file(&[one.clone(), one.clone(), one].concat());
+        assert_eq!(column(&recording, "rig.p"), [1.0, 2.0, 3.0, 1.0, 2.0, 3.0, 1.0, 2.0, 3.0]);
+        assert!(told(&recording.findings).contains(&(FindingKind::CountMismatch, Severity::Note)));
+    }
+}
+
+#[test]
+fn texts_of_a_chunk_that_is_cut_are_no_more_than_its_bytes() {
+    // Sixteen million texts are stated, and the second ends before the first.
+    let stated = 16 << 20;
+    let index = LITTLE.text_index(stated, stated * 4);
+    let data = [LITTLE.u32(0), LITTLE.u32(4), LITTLE.u32(2), LITTLE.u32(9)].concat();
+    let mut bytes = LITTLE.segment(USUAL, &[LITTLE.object("/'g'/'state'", &index, &[])], &data);
+    bytes[12..20].copy_from_slice(&u64::MAX.to_le_bytes());
+    let recording = file(&bytes);
+    assert!(recording.tables[0].rows <= 4, "{} rows", recording.tables[0].rows);
+    assert!(told(&recording.findings).contains(&CUT));
+}
+
+#[test]
+fn a_channel_that_begins_anew_thousands_of_times_is_followed() {
+    let index = LITTLE.index(10, 1);
+    let segment =
+        |i: i64| LITTLE.segment(USUAL, &[LITTLE.object(P, &index, &wave(DAY + i * 7, 0, 0.01))], &f64s(&[1.0]));
+    let recording = file(&(0..6_000).map(segment).collect::<Vec<_>>().concat());
+    let expected: Vec<f64> = (0..6_000).map(|i| f64::from(i) * 7.0 + 0.5).collect();
+    assert_eq!(column(&recording, "rig.time"), expected);
+    assert_eq!((told(&recording.findings).len(), recording.findings[0].count), (1, 5_999));
+}
+
+#[test]
+fn a_beginning_stated_anew_where_the_time_stands_anyway_is_no_change() {
+    let index = LITTLE.index(10, 2);
+    // A step of 1/8 s: two samples are a quarter of a second.
+    let again = |seconds, quarters: u64| {
+        let wave = wave(DAY + seconds, quarters << 62, 0.125);
+        LITTLE.segment(USUAL, &[LITTLE.object(P, &index, &wave)], &f64s(&[0.0, 1.0]))
+    };
+    let recording = file(&[again(0, 3), again(1, 0), again(1, 1)].concat());
+    assert_eq!(column(&recording, "rig.time"), [1.25, 1.375, 1.5, 1.625, 1.75, 1.875]);
+    assert_eq!(recording.findings, []);
+    // A thousandth of a second late is one, from the sample on at which it is.
+    let late = [("wf_start_time", Prop::Time(DAY + 1, 1 << 54))];
+    let late = LITTLE.segment(USUAL, &[LITTLE.object(P, &index, &late)], &f64s(&[0.0, 1.0]));
+    let recording = file(&[again(0, 3), late].concat());
+    assert_eq!(column(&recording, "rig.time")[2..], [1.5 + 2.0_f64.powi(-10), 1.625 + 2.0_f64.powi(-10)]);
+    assert_eq!(told(&recording.findings), [(FindingKind::ConflictingDefinition, Severity::Note)]);
+}
+
+#[test]
+fn an_axis_in_another_unit_of_time_is_in_seconds_and_one_of_no_time_is_no_clock() {
+    let of = |props: &[(&str, Prop)]| {
+        let props = [&[("wf_increment", Prop::F64(250.0)), ("wf_start_offset", Prop::F64(1_000.0))], props].concat();
+        file(&LITTLE.segment(USUAL, &[LITTLE.object(P, &LITTLE.index(10, 2), &props)], &f64s(&[1.0, 2.0])))
+    };
+    let time = ("wf_xname", Prop::Text("Time"));
+    let recording = of(&[time, ("wf_xunit_string", Prop::Text("ms"))]);
+    assert_eq!(column(&recording, "rig.time"), [1.0, 1.25]);
+    assert_eq!(recording.tables[0].columns[0].unit.as_deref(), Some("s"));
+    assert_eq!(column(&of(&[time]), "rig.time"), [1_000.0, 1_250.0]);
+    // Its name says that it is no time, though no unit does.
+    let recording = of(&[("wf_xname", Prop::Text("Frequency"))]);
+    assert_eq!(column(&recording, "rig.Frequency"), [1_000.0, 1_250.0]);
+    assert_eq!((recording.tables[0].clock, recording.tables[0].columns[0].unit.as_deref()), (None, None));
+}
+
+#[test]
+fn a_clock_without_a_date_beside_others_with_one_is_told() {
+    let index = LITTLE.index(10, 2);
+    let objects = [
+        LITTLE.object("/'dated'/'a'", &index, &wave(DAY, 0, 0.01)),
+        LITTLE.object("/'free'/'a'", &index, &[("wf_increment", Prop::F64(0.01))]),
+    ];
+    let recording = file(&LITTLE.segment(USUAL, &objects, &f64s(&[0.0; 4])));
+    assert_eq!(told(&recording.findings), [(FindingKind::NoDate, Severity::Note)]);
+    assert_eq!(recording.findings[0].channel.as_deref(), Some("free.time"));
+    // Where no clock has one, there is nothing to confuse.
+    assert_eq!(file(&LITTLE.segment(USUAL, &objects[1..], &f64s(&[0.0; 2]))).findings, []);
+}
+
+#[test]
+fn channels_of_a_card_that_disagree_on_its_rows_are_an_error() {
+    let object =
+        |path, count, place| LITTLE.object(path, &LITTLE.daqmx(u32::MAX, false, count, &[(3, 0, place, 0)], &[4]), &[]);
+    let told = error(&LITTLE.segment(USUAL | DAQMX, &[object(P, 4, 0), object(F, 2, 2)], &[0; 16]));
+    assert!(told.contains("disagree on raw buffer 0: 4 and 2 rows"), "{told}");
+    // A scale that takes scaler 0 could mean either.
+    let twice = LITTLE.daqmx(u32::MAX, false, 4, &[(3, 0, 0, 0), (3, 0, 2, 0)], &[4]);
+    let told = error(&LITTLE.segment(USUAL | DAQMX, &[LITTLE.object(P, &twice, &LINEAR)], &[0; 16]));
+    assert!(told.contains("scaler 0 twice"), "{told}");
+    let scalers = vec![(3, 0, 0, 0); 1_000];
+    let object = LITTLE.object(P, &LITTLE.daqmx(u32::MAX, false, 4, &scalers, &[4]), &[]);
+    assert!(error(&LITTLE.segment(USUAL | DAQMX, &[object], &[0; 16])).contains("1000 scalers"));
+    let object = LITTLE.object(P, &LITTLE.daqmx(u32::MAX, false, 4, &[(3, 0, 0, 0)], &[4; 2_000]), &[]);
+    assert!(error(&LITTLE.segment(USUAL | DAQMX, &[object], &[0; 16])).contains("2000 raw buffers"));
+}
+
+#[test]
+fn segments_without_a_value_for_thousands_of_channels_are_no_way_to_take_hours() {
+    let index = LITTLE.index(5, 2);
+    let objects: Vec<Vec<u8>> = (0..4_000).map(|i| LITTLE.object(&format!("/'g'/'{i}'"), &index, &[])).collect();
+    let mut bytes = LITTLE.segment(USUAL, &objects, &vec![1; 8_000]);
+    let short = LITTLE.segment(RAW, &[], &[1]);
+    for _ in 0..20_000 {
+        bytes.extend(&short);
+    }
+    let told = error(&bytes);
+    assert!(told.contains("channels in segments of so few bytes"), "{told}");
+    // As many segments that only set a property are no work.
+    let mut bytes = LITTLE.segment(USUAL, &objects, &vec![1; 8_000]);
+    let note = LITTLE.segment(METADATA, &[LITTLE.object("/", &LITTLE.no_data(), &[("n", Prop::I32(1))])], &[]);
+    for _ in 0..20_000 {
+        bytes.extend(&note);
+    }
+    assert_eq!(file(&bytes).findings, []);
+    // Nor does a list of metadata in which each object is looked for among all before it.
+    let new: Vec<Vec<u8>> = (0..60_000).map(|i| LITTLE.object(&format!("/'{i}'"), &LITTLE.index(5, 0), &[])).collect();
+    let as_before = vec![LITTLE.object("/'59999'", &LITTLE.as_before(), &[]); 60_000];
+    let p = LITTLE.object(P, &LITTLE.index(5, 1), &[]);
+    let bytes = LITTLE.segment(USUAL, &[new, as_before, vec![p]].concat(), &[7]);
+    assert_eq!(column(&file(&bytes), "rig.p"), [7.0]);
+}
+
+#[test]
+fn texts_in_a_short_chunk_do_not_move_beside_numbers_that_are_whole() {
+    let texts = [LITTLE.u32(1), LITTLE.u32(2), b"ab".to_vec()].concat();
+    let objects =
+        [LITTLE.object(P, &LITTLE.index(3, 2), &[]), LITTLE.object("/'rig'/'state'", &LITTLE.text_index(2, 10), &[])];
+    let short = LITTLE.segment(USUAL, &objects, &[i32s(&[1, 2]), texts[..9].to_vec()].concat());
+    let full = LITTLE.segment(USUAL, &objects, &[i32s(&[3, 4]), texts].concat());
+    let recording = file(&[short, full].concat());
+    // Three texts and four numbers are no rows of one table.
+    assert_eq!(names(&recording), [["rig.p"], ["rig.state"]]);
+    assert_eq!(text(&recording, "state"), ["a", "a", "b"]);
+    assert_eq!(column(&recording, "rig.p"), [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(told(&recording.findings), [(FindingKind::CountMismatch, Severity::Note)]);
 }

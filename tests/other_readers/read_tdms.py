@@ -62,7 +62,7 @@ def channel(head, columns, group, name, of, scaled):
         return same(numbers(parts[0]), values.real.astype(float)) and same(numbers(parts[1]), values.imag.astype(float))
     column = columns[group, name]
     if values.dtype == object:
-        return column["text"][: len(values)] == list(values)
+        return len(values) == 0 or column["text"][: len(values)] == list(values)
     if hasattr(values, "second_fractions"):
         if len(values) == 0:
             return True

@@ -123,4 +123,6 @@ kinds! {
     Rounded = "rounded",
     /// Counts of a converter, and no scale for them.
     Unscaled = "unscaled",
+    /// A clock without a date, in a file whose other clocks have one.
+    NoDate = "no-date",
 }

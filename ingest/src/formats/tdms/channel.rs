@@ -9,7 +9,7 @@ use super::value::{Properties, Timestamp, Value};
 use crate::finding::places::{Places, as_text};
 use crate::formats::csv;
 use crate::recording::{Builder, Cells, ClockUnit, Column, Keep};
-use crate::units::Unit;
+use crate::units::{Dimension, Unit};
 
 /// A channel.
 #[derive(Debug)]
@@ -129,6 +129,11 @@ impl Channel {
     /// Whether its values are counts of a DAQ card without a scale.
     pub fn is_unscaled(&self) -> bool {
         matches!(self.content, Content::Counts(_))
+    }
+
+    /// Whether it is known what its values become.
+    pub fn is_begun(&self) -> bool {
+        !matches!(self.content, Content::Open)
     }
 
     /// Whether its values are looked at.
@@ -440,9 +445,15 @@ fn seems_clock(name: &str, properties: &Properties) -> Option<ClockUnit> {
     csv::clock_unit(name, unit(properties).as_deref())
 }
 
-/// Whether a unit is one of time.
-pub(super) fn is_time(unit: &str) -> bool {
-    Unit::parse_loose(unit).is_some_and(|(unit, _)| unit.dimension == crate::units::Dimension::Time)
+/// Seconds in one of a unit; `None` where it is none of time.
+pub(super) fn seconds_in(unit: &str) -> Option<f64> {
+    let (unit, _) = Unit::parse_loose(unit).filter(|(unit, _)| unit.dimension == Dimension::Time)?;
+    Some(unit.factor)
+}
+
+/// Whether a name is one of a clock.
+pub(super) fn is_clock(name: &str) -> bool {
+    csv::clock_unit(name, None).is_some()
 }
 
 /// Whether a property belongs to a scaling.

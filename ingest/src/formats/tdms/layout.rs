@@ -19,6 +19,8 @@ pub(super) struct Piece {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Tap {
     pub channel: usize,
+    /// Its place among [`Layout::pieces`].
+    pub piece: usize,
     /// Which of the channel's scalers.
     pub scaler: usize,
     pub data_type: DataType,
@@ -53,6 +55,8 @@ pub(super) struct Layout {
     pub pieces: Vec<Piece>,
     pub chunk_bytes: u64,
     pub big_endian: bool,
+    /// What the table of contents says, whatever the shape.
+    pub is_interleaved: bool,
 }
 
 impl Layout {
@@ -82,7 +86,7 @@ impl Layout {
                 pieces.push(Piece { channel, data_type, count, bytes });
             }
         }
-        let big_endian = lead.is_big_endian();
+        let (big_endian, is_interleaved) = (lead.is_big_endian(), lead.is_interleaved());
         if !cards.is_empty() {
             if cards.len() < pieces.len() {
                 return Err(
@@ -92,11 +96,20 @@ impl Layout {
             let buffers = raw_buffers(&cards)?;
             let bytes = |sum: u64, buffer: &RawBuffer| sum.checked_add(buffer.rows.checked_mul(buffer.width)?);
             let chunk_bytes = buffers.iter().try_fold(0, bytes).ok_or_else(too_large)?;
-            return Ok(Self { shape: Shape::Daqmx(buffers), pieces, chunk_bytes, big_endian });
+            return Ok(Self { shape: Shape::Daqmx(buffers), pieces, chunk_bytes, big_endian, is_interleaved });
         }
-        let shape = if lead.is_interleaved() { interleaved(&pieces)? } else { Shape::Contiguous };
+        let shape = if is_interleaved { interleaved(&pieces)? } else { Shape::Contiguous };
         pieces.iter().filter(|piece| piece.data_type == DataType::Text).try_for_each(check_texts)?;
-        Ok(Self { shape, pieces, chunk_bytes, big_endian })
+        Ok(Self { shape, pieces, chunk_bytes, big_endian, is_interleaved })
+    }
+
+    /// How many parts are looked at for every chunk, however few bytes it has.
+    pub fn parts(&self) -> u64 {
+        let taps = match &self.shape {
+            Shape::Daqmx(buffers) => buffers.iter().map(|buffer| buffer.taps.len()).sum(),
+            Shape::Contiguous | Shape::Interleaved { .. } => 0,
+        };
+        (self.pieces.len() + taps) as u64
     }
 }
 
@@ -143,7 +156,7 @@ fn raw_buffers(cards: &[Card]) -> Result<Vec<RawBuffer>, String> {
     let widths = cards.first().map(|(_, _, (_, widths))| widths.as_slice()).unwrap_or_default();
     let mut buffers: Vec<RawBuffer> =
         widths.iter().map(|width| RawBuffer { rows: 0, width: *width, taps: Vec::new() }).collect();
-    for (channel, count, (scalers, own)) in cards {
+    for (piece, (channel, count, (scalers, own))) in cards.iter().enumerate() {
         if own != widths {
             return Err(format!("its channels disagree on the raw buffers: rows of {widths:?} and of {own:?} bytes"));
         }
@@ -151,9 +164,16 @@ fn raw_buffers(cards: &[Card]) -> Result<Vec<RawBuffer>, String> {
             let Some(buffer) = buffers.get_mut(scaler.buffer) else {
                 return Err(format!("a scaler takes raw buffer {}, and there are {}", scaler.buffer, widths.len()));
             };
-            buffer.rows = buffer.rows.max(*count);
+            if !buffer.taps.is_empty() && buffer.rows != *count {
+                return Err(format!(
+                    "its channels disagree on raw buffer {}: {} and {count} rows",
+                    scaler.buffer, buffer.rows
+                ));
+            }
+            buffer.rows = *count;
             buffer.taps.push(Tap {
                 channel: *channel,
+                piece,
                 scaler: index,
                 data_type: scaler.data_type,
                 offset: scaler.offset,
@@ -161,5 +181,7 @@ fn raw_buffers(cards: &[Card]) -> Result<Vec<RawBuffer>, String> {
             });
         }
     }
+    // Those that nobody takes from have no bytes either.
+    buffers.retain(|buffer| buffer.rows > 0);
     Ok(buffers)
 }

@@ -4,6 +4,7 @@ use super::types::{DataType, timestamp};
 use super::value::Value;
 use crate::error::shown;
 use crate::finding::places::as_text;
+use crate::limits::{TDMS_BUFFERS_MAX, TDMS_SCALES_MAX};
 
 /// Bytes of a lead-in.
 pub(super) const LEAD_BYTES: usize = 28;
@@ -14,9 +15,6 @@ pub(super) const INDEX_TAG: &[u8; 4] = b"TDSh";
 
 /// Versions of the format that are written.
 pub(super) const VERSIONS: [u32; 2] = [4712, 4713];
-
-/// Scalers of a channel; cards give it one or two.
-const SCALERS_MAX: usize = 256;
 
 /// Bits of the table of contents.
 const METADATA: u32 = 1 << 1;
@@ -240,11 +238,11 @@ impl<'b> Cursor<'b> {
         self.dimension()?;
         let count = self.u64()?;
         let mut scalers = Vec::new();
-        let of_channel = self.count("scalers", if is_digital { 17 } else { 20 })?;
-        if of_channel > SCALERS_MAX {
-            return Err(format!("a channel has {of_channel} scalers; at most {SCALERS_MAX} are read"));
+        let stated = self.count("scalers", if is_digital { 17 } else { 20 })?;
+        if stated > TDMS_SCALES_MAX {
+            return Err(format!("a channel has {stated} scalers; at most {TDMS_SCALES_MAX} are read"));
         }
-        for _ in 0..of_channel {
+        for _ in 0..stated {
             let of = DataType::of_scaler(self.u32()?)?;
             let (buffer, place) = (self.u32()? as usize, self.u32()? as usize);
             // The format of a sample, which nothing depends on.
@@ -262,10 +260,17 @@ impl<'b> Cursor<'b> {
             } else {
                 (place, None)
             };
+            if scalers.iter().any(|scaler: &Scaler| scaler.id == id) {
+                return Err(format!("a channel has two scalers of the id {id}"));
+            }
             scalers.push(Scaler { id, data_type: of, buffer, offset, bit });
         }
         let mut widths = Vec::new();
-        for _ in 0..self.count("raw buffers", 4)? {
+        let stated = self.count("raw buffers", 4)?;
+        if stated > TDMS_BUFFERS_MAX {
+            return Err(format!("a channel has {stated} raw buffers; at most {TDMS_BUFFERS_MAX} are read"));
+        }
+        for _ in 0..stated {
             widths.push(self.u32()?.into());
         }
         if data_type != DataType::Daqmx {

@@ -15,7 +15,14 @@
 //! | properties | metadata lines |
 //!
 //! Scalings of NI (`NI_Scale[..]`) are computed: linear, polynomial, table, thermistor, strain, sums and differences. A channel whose
-//! scaling is not supported or not whole is left out with a finding, refused where it is asked for, and never given as raw numbers.
+//! scaling is not supported or not whole is left out with a finding, refused where it is asked for, and never given as raw numbers. A
+//! scale holds for all values of its channel, wherever in the file it is stated; the last one does where it changes, which is a finding.
+//!
+//! # Times
+//!
+//! `wf_increment` and `wf_start_offset` are in the unit that `wf_xunit_string` states, s where it states none; the column is in s. What is
+//! drawn along another axis, as `Frequency`, is no clock. A beginning or step that is stated anew holds from that sample on, and is told
+//! unless the times go on as they were. A clock without a date stands beside dated ones with a finding: its zero is not theirs.
 //!
 //! # Cuts
 //!
@@ -33,7 +40,7 @@
 //! | `channel.rs` | a channel on its way to columns |
 //! | `scaling/` | NI's scalings |
 //! | `timing.rs`, `tables.rs` | times, and channels that share them |
-//! | `reading.rs` | the pass |
+//! | `reading.rs`, `take.rs` | the pass from segment to segment, and the values of each |
 //! | `tell.rs` | findings and their sentences |
 //! | `write/` | the writer |
 
@@ -45,6 +52,7 @@ mod reading;
 mod scaling;
 mod stream;
 mod tables;
+mod take;
 mod tell;
 mod timing;
 mod types;

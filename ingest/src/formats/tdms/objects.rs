@@ -1,6 +1,6 @@
 //! What is known of the objects of a file so far, and which of them have values in the segment at hand.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::metadata::{Entry, IndexSaid, RawIndex, names};
 use super::value::{Properties, Value};
@@ -126,28 +126,27 @@ impl Objects {
 
     /// Whether everything in the metadata of a segment can be taken.
     fn check(&self, entries: &[Entry]) -> Result<(), String> {
-        let mut new = 0;
+        let mut new = HashSet::new();
         let mut property_bytes = self.property_bytes;
-        for (at, entry) in entries.iter().enumerate() {
+        // Those that are met here for the first time, with a word on how their values stand.
+        let mut described = HashSet::new();
+        for entry in entries {
             let path = || shown(&as_text(entry.path));
             let known = self.by_path.get(entry.path).and_then(|object| self.list.get(*object));
-            if known.is_none() {
-                new += 1;
-                if names(entry.path).is_none() {
-                    return Err(format!("{} is no path of a group or channel", path()));
-                }
+            if known.is_none() && new.insert(entry.path) && names(entry.path).is_none() {
+                return Err(format!("{} is no path of a group or channel", path()));
             }
-            let is_same = |before: &&Entry| before.path == entry.path && matches!(before.index, IndexSaid::New(_));
-            if entry.index == IndexSaid::AsBefore
-                && known.is_none_or(|object| object.index.is_none())
-                && entries.iter().take(at).find(is_same).is_none()
-            {
-                return Err(format!("the values of {} should stand as before, and were not there before", path()));
+            if known.is_none_or(|object| object.index.is_none()) {
+                if matches!(entry.index, IndexSaid::New(_)) {
+                    described.insert(entry.path);
+                } else if entry.index == IndexSaid::AsBefore && !described.contains(entry.path) {
+                    return Err(format!("the values of {} should stand as before, and were not there before", path()));
+                }
             }
             property_bytes +=
                 entry.properties.iter().map(|(name, value)| 64 + name.len() + length(value)).sum::<usize>();
         }
-        let count = self.list.len() + new;
+        let count = self.list.len() + new.len();
         if count > TDMS_OBJECTS_MAX {
             return Err(format!("{count} groups and channels up to there; at most {TDMS_OBJECTS_MAX} are read"));
         }

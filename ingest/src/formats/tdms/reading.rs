@@ -2,22 +2,20 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::channel::{Channel, Shared, is_of_scaling};
-use super::layout::{Layout, Piece, RawBuffer, Shape};
+use super::channel::{Channel, is_of_scaling};
+use super::layout::{Layout, Shape};
 use super::metadata::{self, INDEX_TAG, LEAD_BYTES, Lead, TAG, VERSIONS};
 use super::objects::{Objects, Set};
 use super::stream::Stream;
-use super::tell::{Cut, Tell};
+use super::take::{Sink, Task};
+use super::tell::{Cut, Scaled, Tell};
 use super::timing::{TIMING, Timing};
-use super::types::{DataType, Values};
 use super::unusable;
 use crate::IngestError;
+use crate::error::shown;
 use crate::limits::{LOG_CELLS_MAX, LOG_COLUMNS_MAX, TDMS_METADATA_BYTES_MAX};
 use crate::raw::RawFile;
 use crate::recording::{Keep, full_name};
-
-/// Bytes that become numbers at once: few enough to stay in the nearest cache until they are looked at.
-const STEP: usize = 1 << 14;
 
 /// Bytes after which it is guessed how many values there will be.
 const RESERVE_AT: u64 = 1 << 18;
@@ -41,16 +39,12 @@ pub(super) fn read(raw: &RawFile, keep: Keep, known: Option<&Objects>) -> Result
         keep,
         known,
         stream: Stream::open(raw)?,
-        sink: Sink {
-            channels: Vec::new(),
-            shared: Shared::default(),
-            cells: 0,
-            kept: 0,
-            cells_max: raw.len().saturating_mul(16).saturating_add(1 << 20),
-        },
+        sink: Sink::new(raw.len()),
         by_object: HashMap::new(),
         names: HashMap::new(),
+        begun: HashSet::new(),
         objects: Objects::default(),
+        looked_at: 0,
         layout: None,
         before: None,
         tell: Tell::default(),
@@ -74,8 +68,12 @@ struct Reading<'a> {
     by_object: HashMap<usize, usize>,
     /// Names of channels by group.
     names: HashMap<String, HashSet<String>>,
+    /// Groups of channels that have begun to have values.
+    begun: HashSet<String>,
     objects: Objects,
-    /// How the values of the segment stand; `None` before the first metadata.
+    /// Objects that were looked at so far: behind them are new ones.
+    looked_at: usize,
+    /// How values stand; `None` where metadata came since that was last asked.
     layout: Option<Layout>,
     /// Table of contents and metadata of the segment before: writers repeat them.
     before: Option<(u32, Vec<u8>)>,
@@ -84,17 +82,6 @@ struct Reading<'a> {
     is_index: bool,
     is_reserved: bool,
     is_scaled_late: bool,
-}
-
-/// Where values go.
-struct Sink {
-    channels: Vec<Channel>,
-    shared: Shared,
-    /// Cells so far, and those in memory.
-    cells: u64,
-    kept: u64,
-    /// Lines of a digital port make up to eight cells of a byte; many more than that are damage.
-    cells_max: u64,
 }
 
 impl Reading<'_> {
@@ -146,12 +133,16 @@ impl Reading<'_> {
             }
         } else {
             self.stream.skip(lead.raw)?;
-            let Some(layout) = &mut self.layout else {
+            if self.segments == 0 {
                 return self.damaged(at, "it has no metadata, and none were before it".to_owned());
-            };
-            layout.big_endian = lead.is_big_endian();
+            }
             // Metadata that come again may not mean the same after this.
             self.before = None;
+        }
+        if lead.has_raw_data()
+            && let Err(what) = self.lay_out(lead)?
+        {
+            return self.damaged(at, what);
         }
         self.segments += 1;
         if self.is_index {
@@ -198,17 +189,17 @@ impl Reading<'_> {
         before.1.clear();
         before.1.extend_from_slice(bytes);
         self.stream.consume(length);
+        self.layout = None;
         Ok(match done {
-            Ok(sets) => self.prepare(lead, &sets),
+            Ok(sets) => self.prepare(&sets),
             Err(what) => Err(what),
         })
     }
 
-    /// Makes channels of objects that have values, and the layout of the segment.
-    fn prepare(&mut self, lead: Lead, sets: &[Set]) -> Result<(), String> {
+    /// Makes channels of new objects, and looks at the properties that were set.
+    fn prepare(&mut self, sets: &[Set]) -> Result<(), String> {
         let Self { objects, sink, by_object, names, keep, .. } = self;
-        let mut indexes = Vec::new();
-        for (at, object) in objects.iter().enumerate().skip(self.tell.objects) {
+        for (at, object) in objects.iter().enumerate().skip(self.looked_at) {
             let unique = |group: &str, name: &str| {
                 let taken = names.entry(group.to_owned()).or_default();
                 unique(taken, name)
@@ -218,53 +209,71 @@ impl Reading<'_> {
                 sink.channels.push(channel);
             }
         }
-        self.tell.objects = objects.iter().len();
+        self.looked_at = objects.iter().len();
         if sink.channels.len() > LOG_COLUMNS_MAX {
             return Err(format!("{} channels up to there; at most {LOG_COLUMNS_MAX} are read", sink.channels.len()));
         }
-        for (object, index) in objects.with_data() {
-            let Some(channel) = by_object.get(&object) else {
-                if index.count == 0 {
-                    continue;
-                }
-                return Err("the file or a group should have values; only channels can".to_owned());
-            };
-            indexes.push((*channel, index));
-        }
-        for Set { object, name, is_change } in sets {
-            let channel = by_object.get(object).and_then(|channel| sink.channels.get_mut(*channel));
+        for Set { object: at, name, is_change } in sets {
+            let Some(object) = objects.get(*at) else { continue };
+            let channel = by_object.get(at).and_then(|channel| sink.channels.get_mut(*channel));
             if is_of_scaling(name) {
-                let has_values = match &channel {
-                    Some(channel) => channel.values > 0,
-                    None => sink.cells > 0,
+                // That of a group or of the file may be the scale of any channel there.
+                let (is_begun, of) = match (&channel, &object.group) {
+                    (Some(channel), _) => (channel.is_begun(), Scaled::Channel(&channel.group, &channel.name)),
+                    (None, Some(group)) => (self.begun.contains(group), Scaled::Group(group)),
+                    (None, None) => (!self.begun.is_empty(), Scaled::File),
                 };
-                self.is_scaled_late |= has_values && (*is_change || channel.is_some());
+                self.is_scaled_late |= is_begun;
+                if is_begun && *is_change {
+                    self.tell.rescaled(of);
+                }
                 continue;
             }
             if let Some(channel) = channel
                 && TIMING.contains(&name.as_str())
-                && let Some(object) = objects.get(*object)
             {
                 let timing = Timing::of(&object.properties);
                 if let Some(start) = timing.start {
                     sink.shared.origin.get_or_insert(start.seconds);
                 }
-                if !channel.timings.set(channel.values, timing) {
-                    return Err("the time axis of a channel changes too often to be followed".to_owned());
-                }
+                channel.timings.set(channel.values, timing);
             }
         }
-        for (channel, index) in &indexes {
-            let Some(channel) = sink.channels.get_mut(*channel) else { continue };
-            if index.count > 0 {
-                channel.begin(index, self.known.unwrap_or(objects), *keep).map_err(|what| {
-                    let name = full_name(&channel.group, &channel.name);
-                    format!("{}: {what}", crate::error::shown(&name))
-                })?;
-            }
-        }
-        self.layout = Some(Layout::new(lead, indexes.into_iter())?);
         Ok(())
+    }
+
+    /// Finds out how the values of a segment stand; the inner error is a sentence about the segment.
+    fn lay_out(&mut self, lead: Lead) -> Result<Result<(), String>, IngestError> {
+        if let Some(layout) = &mut self.layout
+            && layout.is_interleaved == lead.is_interleaved()
+        {
+            layout.big_endian = lead.is_big_endian();
+            return self.sink.work(self.raw, layout.parts()).map(Ok);
+        }
+        let Self { raw, keep, known, sink, by_object, begun, objects, .. } = self;
+        let mut indexes = Vec::new();
+        for (object, index) in objects.with_data().filter(|(_, index)| index.count > 0 || index.text_bytes > 0) {
+            let Some(at) = by_object.get(&object) else {
+                return Ok(Err("the file or a group should have values; only channels can".to_owned()));
+            };
+            let Some(channel) = sink.channels.get_mut(*at) else { continue };
+            if !channel.is_begun() && !begun.contains(&channel.group) {
+                begun.insert(channel.group.clone());
+            }
+            if let Err(what) = channel.begin(index, known.unwrap_or(objects), *keep) {
+                let name = full_name(&channel.group, &channel.name);
+                return Ok(Err(format!("{}: {what}", shown(&name))));
+            }
+            indexes.push((*at, index));
+        }
+        Ok(match Layout::new(lead, indexes.into_iter()) {
+            Ok(layout) => {
+                sink.work(raw, layout.parts())?;
+                self.layout = Some(layout);
+                Ok(())
+            }
+            Err(what) => Err(what),
+        })
     }
 
     /// Takes the values of a segment.
@@ -285,33 +294,36 @@ impl Reading<'_> {
                     task.chunk(layout.chunk_bytes)?;
                 }
                 let rest = bytes % layout.chunk_bytes;
-                if rest > 0 && is_whole {
-                    task.short_chunk(rest)?;
+                // Where the file ends within a last chunk that is short anyway, it is the first bytes of that.
+                let chunks = bytes / layout.chunk_bytes;
+                let short = stated.filter(|stated| stated / layout.chunk_bytes == chunks);
+                if let Some(stated) = short.filter(|_| rest > 0) {
+                    task.short_chunk(stated % layout.chunk_bytes, rest)?;
                 } else if rest > 0 {
                     task.chunk(rest)?;
                 }
             }
             Shape::Daqmx(buffers) => {
                 for _ in 0..bytes / layout.chunk_bytes {
-                    task.daqmx(buffers, layout.chunk_bytes)?;
+                    task.daqmx(buffers)?;
                 }
                 let rest = bytes % layout.chunk_bytes;
                 if rest > 0 {
-                    task.daqmx(buffers, rest)?;
+                    task.short_daqmx(buffers, rest, is_whole)?;
                 }
             }
         }
-        let over = match &layout.shape {
-            Shape::Interleaved { width } => bytes % width,
-            _ => bytes - bytes.min(stream.offset() - at - LEAD_BYTES as u64 - lead.raw),
-        };
-        if is_whole && layout.shape == Shape::Contiguous && !bytes.is_multiple_of(layout.chunk_bytes) {
-            tell.short_chunk(at, bytes % layout.chunk_bytes, layout.chunk_bytes);
-        }
         if !is_whole {
             tell.lost(at, Cut::InData { stated, there: bytes });
-        } else if over > 0 {
-            tell.unexplained(at, over);
+            return Ok(());
+        }
+        let is_in_rows = matches!(layout.shape, Shape::Interleaved { .. });
+        if !is_in_rows && !bytes.is_multiple_of(layout.chunk_bytes) {
+            tell.short_chunk(at, bytes % layout.chunk_bytes, layout.chunk_bytes);
+        }
+        let taken = stream.offset() - at - LEAD_BYTES as u64 - lead.raw;
+        if bytes > taken {
+            tell.unexplained(at, bytes - taken);
         }
         Ok(())
     }
@@ -409,196 +421,4 @@ fn no_tag(raw: &RawFile, head: &[u8]) -> IngestError {
     let found = if head.is_empty() { "an empty file" } else { "other bytes" };
     let expected = "a TDMS file, which begins with `TDSm`";
     unusable(raw, expected, found.to_owned(), "is this the file you meant?")
-}
-
-/// Taking the values of a segment.
-struct Task<'t, 'a> {
-    raw: &'t RawFile<'a>,
-    layout: &'t Layout,
-    stream: &'t mut Stream<'a>,
-    sink: &'t mut Sink,
-    tell: &'t mut Tell,
-}
-
-impl Task<'_, '_> {
-    /// A chunk of values channel after channel, or its first bytes: whole values are taken.
-    fn chunk(&mut self, mut bytes: u64) -> Result<(), IngestError> {
-        for piece in &self.layout.pieces {
-            self.state(piece.channel, piece.count);
-            let there = piece.bytes.min(bytes);
-            bytes -= there;
-            self.piece(piece, piece.count, there)?;
-        }
-        Ok(())
-    }
-
-    /// A last chunk that is shorter than the others though its segment is whole: each channel has fewer values.
-    fn short_chunk(&mut self, bytes: u64) -> Result<(), IngestError> {
-        if self.layout.pieces.iter().any(|piece| piece.data_type == DataType::Text) {
-            return self.chunk(bytes);
-        }
-        for piece in &self.layout.pieces {
-            let share = u128::from(piece.count) * u128::from(bytes) / u128::from(self.layout.chunk_bytes);
-            let count = u64::try_from(share).unwrap_or(0);
-            self.state(piece.channel, count);
-            self.piece(piece, count, count * piece.data_type.width().unwrap_or(0) as u64)?;
-        }
-        Ok(())
-    }
-
-    /// The values of a channel in a chunk: `count` of them in so many bytes, or fewer.
-    fn piece(&mut self, piece: &Piece, count: u64, bytes: u64) -> Result<(), IngestError> {
-        let Some(width) = piece.data_type.width() else { return self.texts(piece, count, bytes) };
-        let Some(channel) = self.sink.channels.get_mut(piece.channel) else { return Ok(()) };
-        if width == 0 {
-            return Ok(());
-        }
-        let whole = bytes / width as u64;
-        if channel.is_read() {
-            let mut left = whole;
-            while left > 0 {
-                let window = self.stream.at_least(width)?;
-                let fit = (window.len().min(STEP) / width).min(usize::try_from(left).unwrap_or(usize::MAX));
-                let Some(bytes) = window.get(..fit * width).filter(|bytes| !bytes.is_empty()) else { break };
-                let values = Values { bytes, stride: width, offset: 0, big_endian: self.layout.big_endian };
-                channel.push(values, piece.data_type, &mut self.sink.shared);
-                self.stream.consume(fit * width);
-                left -= fit as u64;
-            }
-            channel.values += whole - left;
-            self.stream.skip(bytes - whole * width as u64)?;
-            self.sink.add(self.raw, piece.channel, whole)
-        } else {
-            channel.values += whole;
-            self.stream.skip(bytes)?;
-            Ok(())
-        }
-    }
-
-    /// Texts of a channel: where each ends, then all of them.
-    fn texts(&mut self, piece: &Piece, count: u64, bytes: u64) -> Result<(), IngestError> {
-        let Some(channel) = self.sink.channels.get_mut(piece.channel) else { return Ok(()) };
-        // Checked to be at most what is read of texts.
-        let length = usize::try_from(bytes).unwrap_or(usize::MAX);
-        let count = usize::try_from(count).unwrap_or(usize::MAX);
-        let window = self.stream.at_least(length)?;
-        let all = window.get(..length).unwrap_or(window);
-        let (ends, texts) = all.split_at_checked(count.saturating_mul(4)).unwrap_or((all, &[]));
-        let mut start = 0;
-        let mut whole = 0;
-        let mut is_damaged = false;
-        for end in ends.as_chunks::<4>().0 {
-            let end = if self.layout.big_endian { u32::from_be_bytes(*end) } else { u32::from_le_bytes(*end) };
-            let Some(text) = texts.get(start..end as usize) else {
-                is_damaged = (end as usize) < start || bytes == piece.bytes;
-                break;
-            };
-            channel.push_text(text);
-            start = end as usize;
-            whole += 1;
-        }
-        let length = all.len();
-        if is_damaged {
-            self.tell.bad_texts(&full_name(&channel.group, &channel.name), count - whole);
-            // They keep their places: what follows must not move.
-            for _ in whole..count {
-                channel.push_text(b"");
-            }
-            whole = count;
-        }
-        channel.values += whole as u64;
-        self.stream.consume(length);
-        self.sink.add(self.raw, piece.channel, whole as u64)
-    }
-
-    /// Rows with a value of each channel.
-    fn rows(&mut self, rows: u64, width: u64) -> Result<(), IngestError> {
-        let stride = usize::try_from(width).unwrap_or(usize::MAX);
-        let mut left = rows;
-        while left > 0 {
-            let window = self.stream.at_least(stride)?;
-            let fit = (window.len().min(STEP.max(stride)) / stride).min(usize::try_from(left).unwrap_or(usize::MAX));
-            let Some(bytes) = window.get(..fit * stride).filter(|bytes| !bytes.is_empty()) else { break };
-            // Counted before they are taken: many channels of few bytes must not fill the memory.
-            for piece in &self.layout.pieces {
-                self.sink.add(self.raw, piece.channel, fit as u64)?;
-            }
-            let mut offset = 0;
-            for piece in &self.layout.pieces {
-                let Some(channel) = self.sink.channels.get_mut(piece.channel) else { continue };
-                let values = Values { bytes, stride, offset, big_endian: self.layout.big_endian };
-                channel.push(values, piece.data_type, &mut self.sink.shared);
-                channel.values += fit as u64;
-                channel.stated += fit as u64;
-                offset += piece.data_type.width().unwrap_or(0);
-            }
-            self.stream.consume(fit * stride);
-            left -= fit as u64;
-        }
-        Ok(())
-    }
-
-    /// A chunk of DAQ cards, or its first bytes: whole rows are taken.
-    fn daqmx(&mut self, buffers: &[RawBuffer], mut bytes: u64) -> Result<(), IngestError> {
-        for buffer in buffers {
-            for tap in buffer.taps.iter().filter(|tap| tap.scaler == 0) {
-                self.state(tap.channel, buffer.rows);
-            }
-            let there = (buffer.rows * buffer.width).min(bytes);
-            bytes -= there;
-            let Some(stride) = usize::try_from(buffer.width).ok().filter(|width| *width > 0) else { continue };
-            let mut left = there / buffer.width;
-            let over = there % buffer.width;
-            while left > 0 {
-                let window = self.stream.at_least(stride)?;
-                let fit =
-                    (window.len().min(STEP.max(stride)) / stride).min(usize::try_from(left).unwrap_or(usize::MAX));
-                let Some(rows) = window.get(..fit * stride).filter(|rows| !rows.is_empty()) else { break };
-                for tap in buffer.taps.iter().filter(|tap| tap.scaler == 0) {
-                    self.sink.add(self.raw, tap.channel, fit as u64)?;
-                }
-                for tap in &buffer.taps {
-                    let Some(channel) = self.sink.channels.get_mut(tap.channel) else { continue };
-                    let values = Values { bytes: rows, stride, offset: tap.offset, big_endian: self.layout.big_endian };
-                    channel.push_scaler(values, tap.scaler, tap.bit, tap.data_type, &mut self.sink.shared);
-                    if tap.scaler == 0 {
-                        channel.values += fit as u64;
-                    }
-                }
-                self.stream.consume(fit * stride);
-                left -= fit as u64;
-            }
-            self.stream.skip(over)?;
-        }
-        Ok(())
-    }
-
-    fn state(&mut self, channel: usize, count: u64) {
-        if let Some(channel) = self.sink.channels.get_mut(channel) {
-            channel.stated += count;
-        }
-    }
-}
-
-impl Sink {
-    /// Counts values of a channel, and says where there are too many.
-    fn add(&mut self, raw: &RawFile, channel: usize, count: u64) -> Result<(), IngestError> {
-        let Some(channel) = self.channels.get(channel) else { return Ok(()) };
-        let cells = count * channel.cells();
-        self.cells += cells;
-        if channel.is_kept {
-            self.kept += cells;
-        }
-        let Self { cells, kept, cells_max, .. } = *self;
-        if kept > LOG_CELLS_MAX as u64 {
-            let next = "ask for fewer channels, or split the file";
-            return Err(unusable(raw, &format!("at most {LOG_CELLS_MAX} values"), format!("{kept} so far"), next));
-        }
-        if cells > cells_max {
-            let found = format!("{cells} so far: many channels take the same bytes");
-            let next = "is this a log of channels? Split it";
-            return Err(unusable(raw, &format!("at most {cells_max} values in so many bytes"), found, next));
-        }
-        Ok(())
-    }
 }

@@ -69,19 +69,14 @@ pub(super) fn recording(raw: &RawFile, pass: Pass, keep: Keep) -> Result<Recordi
     for channel in &channels {
         names.entry(channel.group.clone()).or_default().insert(channel.name.clone());
     }
-    let mut tables = Vec::new();
+    let (mut tables, mut undated) = (Vec::new(), Vec::new());
     for group in groups(channels) {
         let taken = names.entry(group.name.clone()).or_default();
-        tables.push(table(group, &objects, origin, keep, taken, file, &mut reasons, &mut findings));
+        tables.push(table(group, &objects, origin, keep, taken, file, &mut reasons, &mut findings, &mut undated));
     }
-    Ok(Recording {
-        format: "TDMS",
-        tables,
-        findings,
-        reasons,
-        metadata: metadata(&objects),
-        origin: origin.map(|seconds| Timestamp { seconds, fraction: 0 }.second()),
-    })
+    let origin = origin.map(|seconds| Timestamp { seconds, fraction: 0 }.second());
+    findings.extend(origin.as_ref().and_then(|origin| tell::undated(file, &undated, origin)));
+    Ok(Recording { format: "TDMS", tables, findings, reasons, metadata: metadata(&objects), origin })
 }
 
 /// Channels by their times. Channels that state none join those of their group that are as many, if there is one such table.
@@ -141,6 +136,7 @@ fn table(
     file: &str,
     reasons: &mut Vec<String>,
     findings: &mut Vec<Finding>,
+    undated: &mut Vec<String>,
 ) -> Table {
     let Group { name, axes, channels, .. } = group;
     let values = channels.iter().map(|channel| channel.values).max().unwrap_or(0);
@@ -149,16 +145,19 @@ fn table(
     let mut columns = Vec::new();
     let mut clock = None;
     if let Some(first) = axes.first() {
-        let (column, unit) = first.other.as_ref().map_or((TIME, "s"), |(name, unit)| (name.as_str(), unit.as_str()));
+        let (column, unit) =
+            first.other.as_ref().map_or((TIME, Some("s")), |(name, unit)| (name.as_str(), unit.as_deref()));
         let column = unique(taken, column);
         let full = full_name(&name, &column);
         if reasons.len() < TOLD_MAX {
             let step = crate::watch::rounded(first.increment.unwrap_or(0.0));
-            let start = first
-                .start
-                .filter(|_| first.other.is_none())
-                .map_or_else(String::new, |start| format!(" from {}", start.rounded()));
-            reasons.push(format!("column {}: steps of {step} {unit}{start}, as the waveforms state", shown(&full)));
+            let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
+            let start = first.start.filter(|_| first.other.is_none());
+            let start = start.map_or_else(String::new, |start| format!(" from {}", start.rounded()));
+            reasons.push(format!("column {}: steps of {step}{unit}{start}, as the waveforms state", shown(&full)));
+        }
+        if origin.is_some() && first.other.is_none() && first.start.is_none() {
+            undated.push(full.clone());
         }
         let changes: Vec<u64> = axes.changes().collect();
         if !changes.is_empty() {
@@ -177,7 +176,7 @@ fn table(
             clock = Some(0);
         }
         let builder = times(&axes, values, origin, keep.wants(&name), first.other.is_none());
-        columns.push(builder.finish(column, Some(unit.to_owned())));
+        columns.push(builder.finish(column, unit.map(str::to_owned)));
     }
     for channel in channels {
         let object = objects.get(channel.object);

@@ -1,5 +1,7 @@
 //! What is odd about a file, and the sentences that tell it.
 
+use std::collections::BTreeSet;
+
 use super::channel::Channel;
 use crate::error::shown;
 use crate::finding::places::{Firsts, zero_bytes};
@@ -29,14 +31,22 @@ pub(super) enum Cut {
 /// What was odd.
 #[derive(Debug, Default)]
 pub(super) struct Tell {
-    /// Objects that were looked at so far.
-    pub objects: usize,
     cut: Option<(u64, Cut)>,
     unexplained: Firsts,
     unexplained_bytes: u64,
     short_chunks: Firsts,
     versions: Vec<u32>,
     bad_texts: Vec<(String, usize)>,
+    rescaled: BTreeSet<String>,
+}
+
+/// Whose scale it is.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Scaled<'a> {
+    /// Group and name.
+    Channel(&'a str, &'a str),
+    Group(&'a str),
+    File,
 }
 
 impl Tell {
@@ -67,6 +77,15 @@ impl Tell {
             Some((_, count)) => *count += texts,
             None => self.bad_texts.push((channel.to_owned(), texts)),
         }
+    }
+
+    /// A scale that was stated anew behind values.
+    pub fn rescaled(&mut self, of: Scaled) {
+        self.rescaled.insert(match of {
+            Scaled::Channel(group, name) => format!("channel {}", shown(&full_name(group, name))),
+            Scaled::Group(group) => format!("group {}", shown(group)),
+            Scaled::File => "the file".to_owned(),
+        });
     }
 
     /// Sentences that are no findings.
@@ -124,10 +143,23 @@ impl Tell {
         if self.short_chunks.count > 0 {
             let chunks = count(self.short_chunks.count as u64, "last chunk is", "last chunks are");
             let text = format!(
-                "{chunks} shorter than the metadata say though the segment is whole ({}): every channel has its share",
+                "{chunks} shorter than the metadata say though the segment is whole ({}): numbers side by side are shared out to all \
+                 channels, rows and texts are taken as far as they go",
                 self.short_chunks.listed()
             );
             tell(FindingKind::CountMismatch, Severity::Note, None, self.short_chunks.count, text);
+        }
+        if !self.rescaled.is_empty() {
+            let first: Vec<&str> = self.rescaled.iter().take(NAMED_MAX).map(String::as_str).collect();
+            let more = match self.rescaled.len().saturating_sub(NAMED_MAX) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            let text = format!(
+                "the scale of {}{more} is stated anew behind values: the last one is used for all of them, also for those before",
+                first.join(", ")
+            );
+            tell(FindingKind::ConflictingDefinition, Severity::Note, None, self.rescaled.len(), text);
         }
         for (channel, texts) in self.bad_texts {
             let name = shown(&channel);
@@ -180,6 +212,20 @@ fn listed(names: &[String]) -> String {
 fn of(file: &str, kind: FindingKind, severity: Severity, names: &[String], text: String) -> Finding {
     let channel = if let [one] = names { Some(one.clone()) } else { None };
     Finding { kind, severity, file: file.to_owned(), channel, spans: vec![], count: names.len(), text }
+}
+
+/// Columns of time without a date in a file whose other stamps count from `origin`.
+pub(super) fn undated(file: &str, names: &[String], origin: &str) -> Option<Finding> {
+    let (columns, they) = match names {
+        [] => return None,
+        [_] => ("column", "it counts from a beginning of its own"),
+        _ => ("columns", "each counts from a beginning of its own"),
+    };
+    let text = format!(
+        "{columns} {}: no date is stated for these times; {they}, and not from {origin} as others of the file do",
+        listed(names)
+    );
+    Some(of(file, FindingKind::NoDate, Severity::Note, names, text))
 }
 
 /// What is odd about the values of channels.

@@ -149,7 +149,9 @@ impl Values<'_> {
         } else if self.offset + N <= self.stride {
             let offset = self.offset;
             let places = self.bytes.chunks_exact(self.stride);
-            sink.extend(places.map(|place| place.get(offset..).and_then(<[u8]>::first_chunk).map_or(0.0, |b| of(*b))));
+            sink.extend(
+                places.map(|place| place.get(offset..).and_then(<[u8]>::first_chunk).map_or(f64::NAN, |b| of(*b))),
+            );
         }
     }
 
