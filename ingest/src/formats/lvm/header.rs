@@ -153,11 +153,6 @@ impl Header {
         self.values.get(key)?.iter().map(|value| value.trim()).find(|value| !value.is_empty())
     }
 
-    /// Whether a key is stated.
-    pub fn has(&self, key: &str) -> bool {
-        self.values.contains_key(key)
-    }
-
     /// The value of a key for a channel: it stands above the channel's numbers, in column `column` from 0. Where there is none, values
     /// that stand one behind the other are those of the channels, and where `is_common` a single one is that of every channel.
     pub fn of_channel(
