@@ -189,7 +189,7 @@ def compare(file, head, tables, lvm):
                 while blank and at < len(y) and all(np.isnan(column[at]) for column in of_rows):
                     at, blank = at + 1, blank - 1
             else:
-                if at + is_cut < len(y):
+                if at + (is_cut and blank + 1) < len(y):
                     odd.append(f"{name}: {len(y)} rows, lvm_read has {at}")
     return odd, channels, values
 
@@ -200,6 +200,13 @@ def known_to_be_wrong(lines):
     is_stated = any(line.startswith("Decimal_Separator") for line in lines)
     if has_comma and not is_stated and not any(line.startswith("Separator,") for line in lines):
         return "takes the point for the decimal sign where none is stated"
+    is_row = False
+    for before, line in zip(lines, lines[1:]):
+        is_row |= before.startswith("X_Value")
+        if is_row and not before.strip(" \t,;\r\n"):
+            is_row = not line.strip(" \t,;\r\n")
+            if line[:1] in "\t,;-.0123456789" and line.strip(" \t,;\r\n"):
+                return "drops rows behind a blank line that no header follows"
     return None
 
 
@@ -208,8 +215,15 @@ def main(dump, files):
     bad = channels = values = left_out = 0
     for file in files:
         head = heads[file]
+        raw = open(file, "rb").read()
         try:
-            lvm = lvm_read.read(file, read_from_pickle=False, dump_file=False)
+            try:
+                text = raw.decode()
+                lvm = lvm_read.read(file, read_from_pickle=False, dump_file=False)
+            except UnicodeDecodeError:
+                print(f"{file}: lvm_read drops bytes that are not UTF-8; it is given the text as Latin-1")
+                text = raw.decode("latin-1")
+                lvm = lvm_read.read_str(text)
             if not any("data" in lvm[i] for i in range(lvm["Segments"])):
                 raise ValueError("no data")
         except Exception as error:  # Whatever it is: it does not read the file.
@@ -220,7 +234,7 @@ def main(dump, files):
             print(f"{file}: {head['error']}")
             bad += 1
             continue
-        why = known_to_be_wrong(open(file, encoding="utf-8", errors="ignore").readlines())
+        why = known_to_be_wrong(text.splitlines())
         if why:
             print(f"{file}: lvm_read {why}")
             left_out += 1
