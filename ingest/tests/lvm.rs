@@ -480,6 +480,10 @@ fn segments_of_other_channels_are_other_tables() {
     // Another unit is not the same channel.
     let other = SEGMENT.replace("kPa", "bar");
     assert_eq!(read(&format!("{}\n{other}{ROWS}", whole())).tables.len(), 2);
+    // Without rows nothing tells where X stands: it is no other table.
+    let no = format!("{HEAD}{SEGMENT}\t1\t2\n\n").replace("X_Columns\tOne\n", "");
+    assert_eq!(read(&format!("{no}{SEGMENT}\n")).tables.len(), 1);
+    assert_eq!(read(&format!("{no}{SEGMENT}\n{SEGMENT}\t3\t4\n")).tables[0].rows, 2);
     // A second file behind the first.
     assert_eq!(read(&format!("{}{}", whole(), whole())).tables[0].rows, 6);
 }
@@ -494,6 +498,16 @@ fn what_headers_state_is_held_against_the_rows() {
     assert_eq!(kinds(&recording), [(FindingKind::StepMismatch, Severity::Note, 1)]);
     assert!(recording.findings[0].text.contains("`p`: 0.11 s stated, 0.0999"), "{}", recording.findings[0].text);
     assert_eq!(numbers(&recording, "X_Value"), [0.5, 0.6, 0.7], "X counts");
+    // Each segment has a step of its own.
+    let second = SEGMENT.replace("Delta_X\t0.1\t0.1", "Delta_X\t0.2\t0.2").replace("09:13:00.5", "09:13:09");
+    let rows = "0.0\t1\t2\n0.2\t3\t4\n0.4\t5\t6\n";
+    assert_eq!(read(&format!("{}\n{second}{rows}", whole())).findings, []);
+    let wrong = read(&format!("{}\n{second}{ROWS}", whole()));
+    assert!(
+        finding(&wrong, FindingKind::StepMismatch).text.contains("line 37: `p`: 0.2 s stated"),
+        "{:?}",
+        wrong.findings
+    );
     // Names and number.
     let recording = read(&whole().replace("Channels\t2", "Channels\t3"));
     assert_eq!(kinds(&recording), [(FindingKind::HeaderMismatch, Severity::Note, 1)]);

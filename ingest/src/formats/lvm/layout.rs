@@ -387,6 +387,14 @@ impl Question<'_, '_> {
 }
 
 impl Layout {
+    /// Whether names and units are the same, wherever X stands.
+    pub fn is_named_as(&self, other: &Self) -> bool {
+        let alike = |(a, b): (&Channel, &Channel)| (a.column, &a.name, &a.unit) == (b.column, &b.name, &b.unit);
+        self.channels.len() == other.channels.len()
+            && self.channels.iter().zip(&other.channels).all(alike)
+            && (self.is_time, self.unit_s.to_bits()) == (other.is_time, other.unit_s.to_bits())
+    }
+
     fn sign(&mut self) {
         let mut out = format!("{} {} {}\n", self.is_time, self.unit_s, self.cells);
         for channel in &self.channels {

@@ -63,11 +63,17 @@ impl Reader<'_> {
         self.find_decimal(looked, line);
         let stated = self.file.value("X_Columns").and_then(XColumns::of);
         let question = Question { names, header: &self.header, stated, looked, decimal: self.decimal };
-        let (layout, remarks) = question.answer();
-        for reason in remarks.reasons {
-            self.reason(reason);
+        let (mut layout, remarks) = question.answer();
+        let current = self.blocks.get(self.current).map(|block| &block.layout);
+        if let Some(before) = current.filter(|before| looked.rows.is_empty() && before.is_named_as(&layout)) {
+            // Without rows nothing tells that it is laid out otherwise than the one before.
+            layout = before.clone();
+        } else {
+            for reason in remarks.reasons {
+                self.reason(reason);
+            }
         }
-        let row = self.blocks.last().map_or(0, Block::rows);
+        let row = self.rows();
         if let Some(mismatch) = remarks.mismatch {
             self.odd.channels.add_said(row, line, || mismatch);
         }
@@ -113,6 +119,10 @@ impl Reader<'_> {
         self.fast = can_be_fast.then_some((layout.cells, is_blank));
         let known = self.of_signature.get(&layout.signature).copied();
         let index = if let Some(index) = known {
+            // Steps, and whether comments are named, are those of this segment.
+            if let Some(block) = self.blocks.get_mut(index) {
+                block.layout = layout;
+            }
             index
         } else {
             let columns: usize = self.blocks.iter().map(Block::columns).sum();
