@@ -251,6 +251,9 @@ fn channels_with_an_x_each_share_a_table_where_every_x_is_the_same() {
     assert_eq!(recording.tables[0].columns.len(), 3);
     assert!(numbers(&recording, "b")[1].is_nan());
     assert_eq!(finding(&recording, FindingKind::EmptyCell).spans.len(), 1);
+    // In a row at the end of the file, what stands before its last cell is not cut.
+    let recording = read(&multi("0\t1\t0\t10\t0\t100\n0.1\t2\t\t\t0.1\t200"));
+    assert_eq!(recording.tables.iter().map(|t| t.rows).collect::<Vec<_>>(), [2, 1]);
     // Without names of their own.
     let unnamed = text.replace("X_Value\ta\tX_Value\tb\tX_Value\tc", "X_Value\ta\t\tb\t\tc");
     assert_eq!(read(&unnamed).tables.len(), 2);
@@ -477,6 +480,10 @@ fn segments_of_other_channels_are_other_tables() {
     // Another unit is not the same channel.
     let other = SEGMENT.replace("kPa", "bar");
     assert_eq!(read(&format!("{}\n{other}{ROWS}", whole())).tables.len(), 2);
+    // Without rows nothing tells where X stands: it is no other table.
+    let no = format!("{HEAD}{SEGMENT}\t1\t2\n\n").replace("X_Columns\tOne\n", "");
+    assert_eq!(read(&format!("{no}{SEGMENT}\n")).tables.len(), 1);
+    assert_eq!(read(&format!("{no}{SEGMENT}\n{SEGMENT}\t3\t4\n")).tables[0].rows, 2);
     // A second file behind the first.
     assert_eq!(read(&format!("{}{}", whole(), whole())).tables[0].rows, 6);
 }
@@ -491,6 +498,16 @@ fn what_headers_state_is_held_against_the_rows() {
     assert_eq!(kinds(&recording), [(FindingKind::StepMismatch, Severity::Note, 1)]);
     assert!(recording.findings[0].text.contains("`p`: 0.11 s stated, 0.0999"), "{}", recording.findings[0].text);
     assert_eq!(numbers(&recording, "X_Value"), [0.5, 0.6, 0.7], "X counts");
+    // Each segment has a step of its own.
+    let second = SEGMENT.replace("Delta_X\t0.1\t0.1", "Delta_X\t0.2\t0.2").replace("09:13:00.5", "09:13:09");
+    let rows = "0.0\t1\t2\n0.2\t3\t4\n0.4\t5\t6\n";
+    assert_eq!(read(&format!("{}\n{second}{rows}", whole())).findings, []);
+    let wrong = read(&format!("{}\n{second}{ROWS}", whole()));
+    assert!(
+        finding(&wrong, FindingKind::StepMismatch).text.contains("line 37: `p`: 0.2 s stated"),
+        "{:?}",
+        wrong.findings
+    );
     // Names and number.
     let recording = read(&whole().replace("Channels\t2", "Channels\t3"));
     assert_eq!(kinds(&recording), [(FindingKind::HeaderMismatch, Severity::Note, 1)]);
@@ -540,6 +557,19 @@ fn x_since_1904_is_known_by_its_size() {
         assert_eq!(recording.origin.as_deref(), Some("2022-12-24T08:45:47Z"));
         has_reason(&recording, "1904");
     }
+    // A segment without rows, and a first channel without samples, say nothing of what X counts from.
+    let recording = read(&text.replacen("Channels", &format!("{SEGMENT}\nChannels"), 1));
+    assert_eq!(recording.origin.as_deref(), Some("2022-12-24T08:45:47Z"));
+    let recording = read(&multi("\t\t3754716347.5\t1\t3754716347.5\t2\n"));
+    assert_eq!((numbers(&recording, "X_Value (2)"), numbers(&recording, "b")), (&[0.5][..], &[1.0][..]));
+    assert_eq!(recording.origin.as_deref(), Some("2022-12-24T08:45:47Z"));
+    // X0 is no other X.
+    let no = format!("{HEAD}{SEGMENT}\t1\t2\n").replace("X_Columns\tOne", "X_Columns\tNo");
+    let recording = read(&no.replace("0.0E+0", "3754716347.5"));
+    assert_eq!(
+        (numbers(&recording, "X_Value"), recording.origin.as_deref()),
+        (&[0.5][..], Some("2022-12-24T08:45:47Z"))
+    );
 }
 
 #[test]
@@ -554,6 +584,68 @@ fn dates_are_read_where_they_say_one_thing() {
     let odd = with("Monday");
     assert_eq!((odd.origin.as_deref(), numbers(&odd, "X_Value")[0]), (None, 0.0));
     assert!(finding(&odd, FindingKind::NonNumericCell).text.contains("Monday"));
+}
+
+#[test]
+fn an_empty_stamp_is_no_start() {
+    // What LabVIEW writes west of Greenwich above data that have no start.
+    for (date, time) in [("1903/12/31", "18:00:00"), ("1904/01/01", "01:00:00.0"), ("1904/01/01", "00:00:00")] {
+        let segment = SEGMENT.replace("2026/11/22", date).replace("09:13:00.5", time);
+        let recording = read(&format!("{HEAD}{segment}{ROWS}"));
+        assert_eq!(recording.origin.as_deref(), Some("2026-11-22T09:13:00"), "{date} {time}");
+        assert_eq!(numbers(&recording, "X_Value"), [0.25, 0.35, 0.45], "the start of the file counts");
+        has_reason(&recording, "1 of 1 segments state 1904-01-01 00:00 UTC, LabVIEW's zero, as their start");
+    }
+    let head = HEAD.replace("Date\t2026/11/22\n", "");
+    let segment = SEGMENT.replace("2026/11/22", "1904/01/01").replace("09:13:00.5", "00:00:00");
+    let recording = read(&format!("{head}{segment}{ROWS}"));
+    assert_eq!((numbers(&recording, "X_Value"), recording.origin.as_deref()), (&[0.0, 0.1, 0.2][..], None));
+}
+
+#[test]
+fn x_that_goes_on_as_the_starts_do_is_not_counted_twice() {
+    let second = SEGMENT.replace("09:13:00.5", "09:13:10.502");
+    let rows = "10.0\t1\t2\n10.1\t1\t2\n10.2\t1\t2\n";
+    let recording = read(&format!("{}\n{second}{rows}", whole()));
+    assert_eq!(numbers(&recording, "X_Value"), [0.5, 0.6, 0.7, 10.5, 10.6, 10.7]);
+    has_reason(&recording, "1 of 2 segments state a later start, and their X has gone on by as much");
+    // The same X0 in every segment is another thing.
+    let late = |segment: &str| format!("{segment}{}", ROWS.replace("0.0\t", "5.0\t"));
+    let x = read(&format!("{HEAD}{}\n{}", late(SEGMENT), late(&second)));
+    assert_eq!((numbers(&x, "X_Value")[0], numbers(&x, "X_Value")[3]), (5.5, 15.502));
+    // Without a column of X it is X0 that goes on.
+    let no = |segment: &str, x0: &str| format!("{}\t1\t2\n\t3\t4\n\n", segment.replace("0.0E+0", x0));
+    let text = format!("{HEAD}{}{}", no(SEGMENT, "0"), no(&second, "10")).replace("X_Columns\tOne", "X_Columns\tNo");
+    assert_eq!(numbers(&read(&text), "X_Value")[2], 10.5);
+}
+
+#[test]
+fn nothing_that_one_file_states_holds_for_one_behind_it() {
+    let other = whole().replace("Y_Unit_Label\tkPa\tN\t\n", "").replace('.', ",").replace("2026/11/22", "2026/11/23");
+    let recording = read(&format!("{}\n{}", whole(), other.replace("A, B,", "A. B.")));
+    assert_eq!(recording.tables.len(), 2, "{:?}", recording.findings);
+    assert_eq!(recording.tables[1].column("p (2)").unwrap().unit, None);
+    assert_eq!(numbers(&recording, "p (2)"), [1.5, 2.5, 3.5]);
+    assert_eq!(numbers(&recording, "X_Value (2)")[0], 86_400.5);
+}
+
+#[test]
+fn a_channel_without_a_step_takes_that_of_another_and_says_so() {
+    let no = format!("{HEAD}{SEGMENT}\t1\t-1\n\t2\t-2\n\t3\t-3\n").replace("X_Columns\tOne", "X_Columns\tNo");
+    for (steps, name) in [("0.1\t0", "F"), ("0\t0.1", "p"), ("0.1\t???", "F")] {
+        let recording = read(&no.replace("Delta_X\t0.1\t0.1", &format!("Delta_X\t{steps}")));
+        assert_eq!(recording.tables.len(), 1, "{steps}");
+        assert_eq!(numbers(&recording, "X_Value")[1..], [0.5 + 0.1, 0.5 + 0.2]);
+        has_reason(&recording, &format!("`{name}` has neither an X nor a `Delta_X`: 0.1"));
+    }
+}
+
+#[test]
+fn blank_lines_among_rows_without_x_are_told() {
+    let no = format!("{HEAD}{SEGMENT}\t1\t-1\n\t2\t-2\n").replace("X_Columns\tOne", "X_Columns\tNo");
+    let told = |text: &str| read(text).reasons.iter().any(|reason| reason.contains("blank lines part rows"));
+    assert!(told(&format!("{no}\n\t3\t-3\n")) && told(&format!("{no}\t\n\t3\t-3\n")));
+    assert!(!told(&no) && !told(&format!("{no}\n\n")) && !told(&format!("{}\n{ROWS}", whole())));
 }
 
 #[test]
@@ -638,6 +730,9 @@ fn hostile_sizes_are_errors_or_small() {
     assert!(error(&wide).contains("at most 4096 columns"));
     let long = format!("{HEAD}{SEGMENT}{}\n", "1".repeat(2 << 20));
     assert!(error(&long).contains("lines of at most"));
+    // A segment on every other line, without names.
+    let recording = read(&format!("{HEAD}{}", "***End_of_Header***\n1\t2\n".repeat(30_000)));
+    assert_eq!(recording.tables[0].rows, 30_000);
     // Numbers that no file can hold.
     let recording = read(&whole().replace("Samples\t3\t3", "Samples\t1e300\t99999999999999999999999"));
     assert_eq!(finding(&recording, FindingKind::CountMismatch).count, 2);

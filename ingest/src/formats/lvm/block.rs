@@ -50,8 +50,8 @@ pub(super) struct Row<'r> {
     pub at: usize,
     pub line: usize,
     pub comment: &'r str,
-    /// Whether the file ends within it: what is missing says nothing of the clock of a channel.
-    pub is_cut: bool,
+    /// The cell from which on the end of the file may have taken something: what is missing there says nothing of the clock of a channel.
+    pub cut: Option<usize>,
 }
 
 impl Row<'_> {
@@ -270,7 +270,9 @@ impl<'a> Block<'a> {
                 value.copied().unwrap_or(f64::NAN).to_bits()
             };
             let first = group.members.first().map_or(0, |member| bits(member.axis));
-            let is_missing = |axis: Axis| row.is_cut && axis.cell().is_some_and(|cell| row.is_empty(cell));
+            let is_missing = |axis: Axis| {
+                axis.cell().is_some_and(|cell| row.cut.is_some_and(|cut| cell >= cut) && row.is_empty(cell))
+            };
             let key = |member: &Member| if is_missing(member.axis) { first } else { bits(member.axis) };
             self.split(index, key, names);
         }

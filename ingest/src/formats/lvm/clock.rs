@@ -2,15 +2,15 @@
 
 use super::header::Header;
 use super::layout::{Channel, Layout};
-use super::start::Start;
+use super::start::{S_1904_TO_1970, Start};
 use crate::finding::places::Places;
 use crate::formats::stamps::{rfc3339_second, utc_second};
 
-/// Seconds from 1904-01-01 00:00 UTC, from which LabVIEW counts, to 1970-01-01 00:00 UTC.
-const S_1904_TO_1970: f64 = 2_082_844_800.0;
-
 /// X of which size counts from 1904: 1935 to 2220, in s. Nothing is measured for thirty years.
 const SINCE_1904: std::ops::Range<f64> = 1e9..1e10;
+
+/// Part of the time between two starts by which an X that has gone on since the first start may differ from it.
+const COUNTED_ON_PART: f64 = 0.1;
 
 /// What stamps count from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,11 +33,18 @@ pub(super) struct Clock {
     base_s: Vec<f64>,
     last_s: Vec<f64>,
     last: Option<Start>,
+    /// The first X of the first segment, in s.
+    first_x: Option<f64>,
+    /// Whether a segment with rows has begun: until then nothing hangs on the origin.
+    is_used: bool,
     /// Segments, those that state no start, those that state the start of the one before, those whose X cannot be related to the first.
     segments: usize,
     without: usize,
     equal: usize,
     foreign: usize,
+    /// Segments whose X has gone on by as much as their start, and those that state LabVIEW's zero as their start.
+    counted_on: usize,
+    unset: usize,
     /// Starts that are earlier than one that stands before them.
     pub back: Places,
     /// Dates or times of day that cannot be read.
@@ -50,10 +57,12 @@ pub(super) struct Segment<'a> {
     pub file: &'a Header,
     pub header: &'a Header,
     pub layout: &'a Layout,
-    /// The first X of its first channel, in s.
+    /// The first X of its first channel that has one, in s: given, or `X0`.
     pub first_x: Option<f64>,
     /// What `Time_Pref` states.
     pub is_absolute: bool,
+    /// Whether rows follow.
+    pub has_rows: bool,
     /// The sample that comes next, and the line of the names.
     pub row: usize,
     pub line: usize,
@@ -66,10 +75,14 @@ impl Clock {
             base_s: Vec::new(),
             last_s: Vec::new(),
             last: None,
+            first_x: None,
+            is_used: false,
             segments: 0,
             without: 0,
             equal: 0,
             foreign: 0,
+            counted_on: 0,
+            unset: 0,
             back: Places::default(),
             unread: Places::default(),
             reasons: Vec::new(),
@@ -82,12 +95,21 @@ impl Clock {
         if !segment.layout.is_time {
             return (vec![0.0; channels], None);
         }
+        if !self.is_used {
+            self.origin = Origin::Open;
+            self.first_x = segment.first_x;
+        }
+        self.is_used |= segment.has_rows;
         let is_first = self.origin == Origin::Open;
         self.segments += 1;
         if let Some(x) = segment.first_x.filter(|x| SINCE_1904.contains(x)) {
             return (vec![self.since_1904(x); channels], None);
         }
-        if segment.is_absolute && is_first && segment.first_x.is_some() {
+        if segment.is_absolute
+            && is_first
+            && segment.has_rows
+            && !segment.layout.channels.iter().all(Channel::is_implicit)
+        {
             let why =
                 "Time_Pref is Absolute, but X does not count from 1904: it is taken for relative to Date and Time";
             self.reasons.push(why.to_owned());
@@ -111,6 +133,13 @@ impl Clock {
         let of = |kept: &[f64], channel: usize| kept.get(channel).or(kept.first()).copied().unwrap_or(0.0);
         let before = self.last.and_then(|last| since(Some(last)));
         let is_back = since(first).zip(before).is_some_and(|(now, before)| now < before);
+        // Both at once would count the time between two segments twice.
+        let is_counted_on = !is_first && {
+            let later = since(first).zip(self.base_s.first()).map(|(now, base)| now - base);
+            let gone = segment.first_x.zip(self.first_x).map(|(x, first)| x - first);
+            gone.zip(later).is_some_and(|(x, start)| start > 0.0 && (x - start).abs() <= COUNTED_ON_PART * start)
+        };
+        self.counted_on += usize::from(is_counted_on);
         if is_back {
             self.back.add(segment.row, segment.line, &[]);
         } else if !is_first && since(first).is_none() {
@@ -122,7 +151,7 @@ impl Clock {
             .iter()
             .enumerate()
             .map(|(channel, start)| match since(*start) {
-                _ if is_back => of(&self.base_s, channel),
+                _ if is_back || is_counted_on => of(&self.base_s, channel),
                 Some(since) => since,
                 // In the first segment the channel's neighbour says when it began.
                 None if is_first => since(first).unwrap_or(0.0),
@@ -166,6 +195,10 @@ impl Clock {
         };
         let (date, time) = (date?, time?);
         let start = Start::of(date, time);
+        if start.is_some_and(Start::is_unset) {
+            self.unset += usize::from(index == 0);
+            return is_first.then(|| Start::of(of_file("Date")?, of_file("Time")?)).flatten().filter(|s| !s.is_unset());
+        }
         if start.is_none() {
             self.unread.add(segment.row, segment.line, format!("{date} {time}").as_bytes());
         }
@@ -181,7 +214,7 @@ impl Clock {
     pub fn finish(mut self) -> (Option<String>, Vec<String>) {
         let origin = match self.origin {
             Origin::Local(start) if !start.is_open => Some(rfc3339_second(start.second, false)),
-            Origin::Since1904(second) => Some(utc_second(second - S_1904_TO_1970, true)),
+            Origin::Since1904(second) => Some(utc_second(second - S_1904_TO_1970 as f64, true)),
             Origin::Open | Origin::Nothing | Origin::Local(_) => None,
         };
         if let Some(origin) = &origin {
@@ -194,6 +227,8 @@ impl Clock {
         for (count, what) in [
             (self.without, "state no start of their own: X counts on from that of the segment before"),
             (self.equal, "state the start of the segment before: X is used as it stands"),
+            (self.counted_on, "state a later start, and their X has gone on by as much: X counts from the first start"),
+            (self.unset, "state 1904-01-01 00:00 UTC, LabVIEW's zero, as their start: it is none"),
             (self.foreign, "have an X that cannot be related to the first segment's: it is used as it stands"),
         ] {
             if count > 0 {

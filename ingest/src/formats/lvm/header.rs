@@ -153,11 +153,6 @@ impl Header {
         self.values.get(key)?.iter().map(|value| value.trim()).find(|value| !value.is_empty())
     }
 
-    /// Whether a key is stated.
-    pub fn has(&self, key: &str) -> bool {
-        self.values.contains_key(key)
-    }
-
     /// The value of a key for a channel: it stands above the channel's numbers, in column `column` from 0. Where there is none, values
     /// that stand one behind the other are those of the channels, and where `is_common` a single one is that of every channel.
     pub fn of_channel(
@@ -235,8 +230,11 @@ pub(super) enum Stated {
 pub(super) fn parting(head: &[u8]) -> Option<Parting> {
     let mut stated = Stated::Nothing;
     let (mut by_names, mut by_keys) = (None, None);
+    let mut is_special = false;
     for line in head.split(|b| matches!(b, b'\n' | b'\r')) {
-        if let Some(rest) = behind(line, b"Separator")
+        if is_special || line.starts_with(START_SPECIAL) {
+            is_special = !line.starts_with(END_SPECIAL);
+        } else if let Some(rest) = behind(line, b"Separator")
             && stated == Stated::Nothing
             && !rest.is_empty()
         {
@@ -294,6 +292,8 @@ mod tests {
             ("Separator\tTab\nX_Value;p\n", b';'),
             ("Channels;2;;\nSamples;1;1\n", b';'),
             ("X_Value|p\n", b'|'),
+            // What a special block holds is its own.
+            ("***Start_Special***\nSeparator,Comma\nX_Value,1\n***End_Special***\nX_Value\tp\n", b'\t'),
         ] {
             assert_eq!(separator(head), Some(byte), "{head}");
         }

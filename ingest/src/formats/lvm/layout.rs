@@ -13,7 +13,7 @@ use crate::units::{Dimension, Unit};
 
 /// Rows that are looked at before a segment is read, and bytes in which they are looked for.
 const LOOKED_ROWS: usize = 8;
-const LOOKED_BYTES: usize = 1 << 16;
+pub(super) const LOOKED_BYTES: usize = 1 << 16;
 
 /// Which columns of X a file has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,6 +118,13 @@ pub(super) struct Channel {
     pub step: Option<f64>,
 }
 
+impl Channel {
+    /// Whether its X is `X0 + i Delta_X`.
+    pub fn is_implicit(&self) -> bool {
+        self.x_cell.is_none()
+    }
+}
+
 /// How the rows of a segment are laid out.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Layout {
@@ -193,6 +200,16 @@ impl Question<'_, '_> {
             remarks.mismatch = Some(format!("`Channels` is {stated}, {} are named", channels.len()));
         }
         let (is_first_blank, is_shifted) = self.place_x(&mut channels, &mut remarks);
+        let step = channels.iter().find_map(|channel| channel.step);
+        for channel in channels.iter_mut().filter(|channel| channel.x_cell.is_none() && channel.step.is_none()) {
+            channel.step = step;
+            if let Some(step) = step {
+                let name = crate::error::shown(&channel.name);
+                remarks.reasons.push(format!(
+                    "{name} has neither an X nor a `Delta_X`: {step}, that of another channel, is taken"
+                ));
+            }
+        }
         if !is_named {
             remarks.reasons.push("no line `X_Value` names the columns".to_owned());
         }
@@ -349,6 +366,16 @@ impl Question<'_, '_> {
                 false
             }
         };
+        let other = |(index, channel): (usize, &Channel)| {
+            let own = self.header.of_channel("X_Dimension", channel.column, index, channels.len(), true);
+            own.is_some_and(|own| own.eq_ignore_ascii_case("time") != is_time)
+        };
+        if let Some(channel) = channels.iter().enumerate().position(other).and_then(|index| channels.get(index)) {
+            let name = crate::error::shown(&channel.name);
+            remarks
+                .reasons
+                .push(format!("X_Dimension of {name} is another one: that of the first channel is taken for all"));
+        }
         let unit = of("X_Unit_Label").and_then(Unit::parse_loose).map(|(unit, _)| unit);
         let unit_s =
             unit.filter(|unit| is_time && unit.dimension == Dimension::Time).map_or(1.0, |unit| unit.to_si(1.0));
@@ -360,6 +387,14 @@ impl Question<'_, '_> {
 }
 
 impl Layout {
+    /// Whether names and units are the same, wherever X stands.
+    pub fn is_named_as(&self, other: &Self) -> bool {
+        let alike = |(a, b): (&Channel, &Channel)| (a.column, &a.name, &a.unit) == (b.column, &b.name, &b.unit);
+        self.channels.len() == other.channels.len()
+            && self.channels.iter().zip(&other.channels).all(alike)
+            && (self.is_time, self.unit_s.to_bits()) == (other.is_time, other.unit_s.to_bits())
+    }
+
     fn sign(&mut self) {
         let mut out = format!("{} {} {}\n", self.is_time, self.unit_s, self.cells);
         for channel in &self.channels {

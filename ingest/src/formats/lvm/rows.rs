@@ -11,7 +11,7 @@ use super::header::{
     END_OF_HEADER, END_SPECIAL, Header, Parting, START_SPECIAL, Stated, X_VALUE, behind, cells, in_words, is_title,
     parting, segment_key, without_end,
 };
-use super::layout::Looked;
+use super::layout::{LOOKED_BYTES, Looked};
 use super::start::Start;
 use super::tell::Odd;
 use crate::IngestError;
@@ -84,8 +84,9 @@ struct Reader<'a> {
     /// Cells of all blocks but the current one, and the columns of all.
     other_cells: usize,
     names: Names,
-    /// Rows under this header.
+    /// Rows under this header, and those before the first blank line among them.
     at: usize,
+    parted: Option<usize>,
     /// Of a segment without X: when it began, and its step in s.
     start: Option<Start>,
     /// Cells that are read on the fast path, and whether an empty one stands before them.
@@ -210,6 +211,7 @@ impl<'a> Reader<'a> {
             other_cells: 0,
             names: Names::default(),
             at: 0,
+            parted: None,
             start: None,
             fast: None,
             clock: Clock::new(),
@@ -279,7 +281,7 @@ impl<'a> Reader<'a> {
     #[inline]
     fn plain(&mut self, values: &[f64], line: usize) {
         if let Some(block) = self.blocks.get_mut(self.current) {
-            block.push(Row { values, careful: None, at: self.at, line, comment: "", is_cut: false }, &mut self.names);
+            block.push(Row { values, careful: None, at: self.at, line, comment: "", cut: None }, &mut self.names);
             self.at += 1;
         }
     }
@@ -326,11 +328,15 @@ impl<'a> Reader<'a> {
                 // One separator alone stands between segments.
                 if !is_blank || (separators > 1 && separators + 1 >= usual) {
                     self.sample(line);
+                } else {
+                    self.parted.get_or_insert(self.at);
                 }
                 return Ok(true);
             }
             State::Between if !is_blank && self.is_row(bytes) => {
-                let whole = [bytes, b"\n", line.behind.bytes].concat();
+                // No more than is looked at: a file may begin a segment on every other line.
+                let behind = line.behind.bytes;
+                let whole = [bytes, b"\n", behind.get(..LOOKED_BYTES).unwrap_or(behind)].concat();
                 let window = Window { bytes: &whole, ended: line.behind.ended };
                 let Some(looked) = Looked::new(window, self.separator) else { return Ok(false) };
                 self.begin_segment(None, &looked, line.number)?;
@@ -356,8 +362,11 @@ impl<'a> Reader<'a> {
     /// A line of a header, or of free text in it.
     fn header_line(&mut self, line: &[u8]) {
         if is_title(line) {
-            // A file may stand behind another.
+            // A file may stand behind another: nothing that was stated for the one holds for the other.
             self.file = Header::default();
+            self.header = Header::default();
+            self.own.clear();
+            self.is_decimal_found = false;
             self.state = State::File;
             return;
         }

@@ -13,8 +13,12 @@ pub(super) struct Start {
     pub is_open: bool,
 }
 
-/// Seconds of a day.
+/// Seconds of a day, and of what time zones are apart.
 const DAY_S: i64 = 86_400;
+const QUARTER_S: i64 = 900;
+
+/// Seconds from 1904-01-01 00:00, from which LabVIEW counts, to 1970-01-01 00:00.
+pub(super) const S_1904_TO_1970: i64 = 2_082_844_800;
 
 impl Start {
     /// From a date and a time of day with any number of decimals, behind a point or a comma; `None` if it is none.
@@ -34,6 +38,11 @@ impl Start {
         let (second, is_open) = local_second(&format!("{} {whole}{behind}", date.trim()))?;
         let fraction = if fraction.is_empty() { 0.0 } else { format!("0.{fraction}").parse().ok()? };
         Some(Self { second, fraction, is_open })
+    }
+
+    /// Whether it is the zero of LabVIEW's clock, in whatever zone: data to which nobody gave a start.
+    pub fn is_unset(self) -> bool {
+        (self.second + S_1904_TO_1970).abs() <= DAY_S && self.second.rem_euclid(QUARTER_S) == 0 && self.fraction == 0.0
     }
 
     /// Seconds from a whole second to it.

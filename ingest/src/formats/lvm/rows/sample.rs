@@ -30,6 +30,8 @@ impl Reader<'_> {
         // Which of too many cells is the one too many, nobody knows.
         let is_shifted = is_number && (!block.layout.is_comment_named || filled_extra > 1);
         let mut held = all.len().min(usual);
+        // Of what is there only the last cell may have been cut.
+        let cut = (!line.is_ended && extras == 0).then_some(held.saturating_sub(1));
         all.truncate(usual);
         self.values.clear();
         self.kinds.clear();
@@ -92,14 +94,7 @@ impl Reader<'_> {
             }
         }
         let careful = (!is_shifted).then_some((&self.kinds[..], &all[..]));
-        let row = Row {
-            values: &self.values,
-            careful,
-            at: self.at,
-            line: line.number,
-            comment: &words,
-            is_cut: !line.is_ended,
-        };
+        let row = Row { values: &self.values, careful, at: self.at, line: line.number, comment: &words, cut };
         block.push(row, &mut self.names);
         self.at += 1;
     }

@@ -63,30 +63,43 @@ impl Reader<'_> {
         self.find_decimal(looked, line);
         let stated = self.file.value("X_Columns").and_then(XColumns::of);
         let question = Question { names, header: &self.header, stated, looked, decimal: self.decimal };
-        let (layout, remarks) = question.answer();
-        for reason in remarks.reasons {
-            self.reason(reason);
+        let (mut layout, remarks) = question.answer();
+        let current = self.blocks.get(self.current).map(|block| &block.layout);
+        if let Some(before) = current.filter(|before| looked.rows.is_empty() && before.is_named_as(&layout)) {
+            // Without rows nothing tells that it is laid out otherwise than the one before.
+            layout = before.clone();
+        } else {
+            for reason in remarks.reasons {
+                self.reason(reason);
+            }
         }
-        let row = self.blocks.last().map_or(0, Block::rows);
+        let row = self.rows();
         if let Some(mismatch) = remarks.mismatch {
             self.odd.channels.add_said(row, line, || mismatch);
         }
-        let first_x = layout.channels.first().and_then(|channel| channel.x_cell);
-        let first_x = first_x.and_then(|cell| looked.first(cell, self.decimal)).map(|x| x * layout.unit_s);
+        // The first samples of a channel may be missing: any one says what X counts from.
+        let channels = layout.channels.len();
+        let x0 = |(index, channel): (usize, &Channel)| {
+            self.header.of_channel("X0", channel.column, index, channels, true).and_then(number)
+        };
+        let x = |(index, channel): (usize, &Channel)| match channel.x_cell {
+            Some(cell) => looked.first(cell, self.decimal),
+            None => x0((index, channel)),
+        };
+        let first_x = layout.channels.iter().enumerate().find_map(x).map(|x| x * layout.unit_s);
         let is_absolute = self.file.value("Time_Pref").is_some_and(|pref| pref.eq_ignore_ascii_case("absolute"));
+        let has_rows = !looked.rows.is_empty();
         let (file, header) = (&self.file, &self.header);
         let (offsets, start) =
-            self.clock.begin(&Segment { file, header, layout: &layout, first_x, is_absolute, row, line });
+            self.clock.begin(&Segment { file, header, layout: &layout, first_x, is_absolute, has_rows, row, line });
         let is_time = layout.is_time;
-        let channels = layout.channels.len();
         let axis = |(index, channel): (usize, &Channel)| {
             let offset_s = offsets.get(index).copied().unwrap_or(0.0);
             let unit_s = layout.unit_s;
             if let Some(cell) = channel.x_cell {
                 return Axis::Cell { cell, unit_s, offset_s };
             }
-            let first = header.of_channel("X0", channel.column, index, channels, true).and_then(number);
-            let first = first.unwrap_or(0.0);
+            let first = x0((index, channel)).unwrap_or(0.0);
             // Where there is no step, X counts the rows.
             let step = channel.step.unwrap_or(1.0);
             Axis::Steps { first, step, unit_s, offset_s }
@@ -95,7 +108,8 @@ impl Reader<'_> {
         let implicit =
             axes.iter().find_map(|axis| if let Axis::Steps { step, .. } = axis { Some(*step) } else { None });
         self.start = start.filter(|_| is_time && implicit.is_some());
-        if implicit.is_some() && is_time && !header.has("X0") && header.is_stated {
+        let is_x0_missing = |(index, channel)| Channel::is_implicit(channel) && x0((index, channel)).is_none();
+        if is_time && header.is_stated && layout.channels.iter().enumerate().any(is_x0_missing) {
             self.reason("X0 is not stated: taken for 0".to_owned());
         }
         let is_plain = layout.channels.iter().all(|channel| channel.x_cell.is_some());
@@ -105,6 +119,10 @@ impl Reader<'_> {
         self.fast = can_be_fast.then_some((layout.cells, is_blank));
         let known = self.of_signature.get(&layout.signature).copied();
         let index = if let Some(index) = known {
+            // Steps, and whether comments are named, are those of this segment.
+            if let Some(block) = self.blocks.get_mut(index) {
+                block.layout = layout;
+            }
             index
         } else {
             let columns: usize = self.blocks.iter().map(Block::columns).sum();
@@ -122,6 +140,7 @@ impl Reader<'_> {
         if self.header.is_stated || index != self.current {
             self.at = 0;
         }
+        self.parted = None;
         if index != self.current {
             let cells = |index: usize| self.blocks.get(index).map_or(0, Block::cells);
             self.other_cells = (self.other_cells + cells(self.current)).saturating_sub(cells(index));
@@ -138,9 +157,17 @@ impl Reader<'_> {
     pub(super) fn end_segment(&mut self) {
         self.fast = None;
         self.state = State::Between;
+        let is_parted = self.parted.is_some_and(|rows| 0 < rows && rows < self.at);
         let Some(block) = self.blocks.get_mut(self.current) else { return };
         let (line, row) = (block.line, block.rows().saturating_sub(1));
         let layout = block.layout.clone();
+        let is_implicit = layout.channels.iter().any(Channel::is_implicit);
+        if is_parted && is_implicit && layout.is_time {
+            self.reason(
+                "blank lines part rows under one header: X counts on behind them, as if no time had gone by".to_owned(),
+            );
+        }
+        let Some(block) = self.blocks.get_mut(self.current) else { return };
         let held = block.end();
         self.odd.segment(&held, &self.header, &layout, line, row);
         if let Some(first) = held.first()
