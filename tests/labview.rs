@@ -167,10 +167,11 @@ fn measurement_file() -> String {
         Y_Unit_Label\tkPa\t\tmm\t\r\nX_Dimension\tTime\t\tTime\t\r\nX0\t0,0\t\t0,0\t\r\nDelta_X\t0,010000\t\t0,010000\t\r\n\
         ***End_of_Header***\t\t\t\t\r\nX_Value\tp\tX_Value\tstroke\tComment\r\n"
         .to_owned();
-    for i in 0..600 {
-        let x = format!("{:.6}", f64::from(i) * 0.01).replace('.', ",");
-        let (p, stroke) = [("0,0", "0,0"), ("20,0", "10,1"), ("40,0", "29,9")][i as usize / 200];
-        text.push_str(&format!("{x}\t{p}\t{x}\t{stroke}\r\n"));
+    for i in 0..600_usize {
+        let x = format!("{:.6}", i as f64 * 0.01).replace('.', ",");
+        let (p, stroke) = [("0,0", "0,0"), ("20,0", "10,1"), ("40,0", "29,9")][i / 200];
+        text += &[x.as_str(), p, x.as_str(), stroke].join("\t");
+        text += "\r\n";
     }
     text
 }
