@@ -560,6 +560,11 @@ fn x_since_1904_is_known_by_its_size() {
     // A segment without rows, and a first channel without samples, say nothing of what X counts from.
     let recording = read(&text.replacen("Channels", &format!("{SEGMENT}\nChannels"), 1));
     assert_eq!(recording.origin.as_deref(), Some("2022-12-24T08:45:47Z"));
+    // Rows behind a block that is longer than what is looked at are rows.
+    let special = format!("***Start_Special***\n{}\n***End_Special***\n", "x".repeat(1 << 17));
+    let second = SEGMENT.replace("09:13:00.5", "09:13:10.5");
+    let recording = read(&format!("{HEAD}{SEGMENT}{special}{ROWS}\n{second}{ROWS}"));
+    assert_eq!((numbers(&recording, "X_Value")[0], numbers(&recording, "X_Value")[3]), (0.5, 10.5));
     let recording = read(&multi("\t\t3754716347.5\t1\t3754716347.5\t2\n"));
     assert_eq!((numbers(&recording, "X_Value (2)"), numbers(&recording, "b")), (&[0.5][..], &[1.0][..]));
     assert_eq!(recording.origin.as_deref(), Some("2022-12-24T08:45:47Z"));
@@ -694,6 +699,9 @@ fn a_file_cut_anywhere_gives_a_prefix_and_says_what_it_can() {
             assert!(lost || no_end || !missing || between, "{cut} {is_whole_line}: {:?}", cut_file.findings);
         }
     }
+    // Of a row without X, only the empty cell in front of it.
+    let no = format!("{HEAD}{SEGMENT}\t1\t-1\n").replace("Samples\t3\t3", "Samples\t1\t1");
+    assert_eq!(kinds(&read(&format!("{no}\t"))), [(FindingKind::NoLineEnd, Severity::Note, 1)]);
     let error = error(&HEAD[..60]);
     assert!(error.starts_with("r.lvm:4") && error.contains("expected: a line `X_Value`"), "{error}");
 }
