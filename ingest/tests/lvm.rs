@@ -646,6 +646,30 @@ fn a_channel_without_a_step_takes_that_of_another_and_says_so() {
 }
 
 #[test]
+fn channels_may_have_any_name() {
+    for names in
+        ["X_Value\tX_Value\tF", "X_Value\tp\tX_Value", "X_Value\tX_Value\tX_Value", "X_Value\tp\t", "X_Value\t\tF"]
+    {
+        for (channels, is_commented) in [("2", true), ("2", false), ("", true)] {
+            let comment = if is_commented { "\tComment" } else { "" };
+            let text = whole().replace("Channels\t2", &format!("Channels\t{channels}"));
+            let recording = read(&text.replace("X_Value\tp\tF\tComment", &format!("{names}{comment}")));
+            let table = &recording.tables[0];
+            let read: Vec<_> = table.columns.iter().map(|column| column.cells.numbers().unwrap()).collect();
+            assert_eq!(
+                read,
+                [[0.5, 0.6, 0.7], [1.5, 2.5, 3.5], [-2.0, -3.0, -4.0]],
+                "{names} {channels} {is_commented}"
+            );
+            assert_eq!(recording.findings, [], "{names} {channels} {is_commented}");
+        }
+    }
+    // The first samples of a channel without a name are missing.
+    let text = whole().replace("X_Value\tp\tF\tComment", "X_Value\tp\t").replace("\t-2\n", "\t\n");
+    assert_eq!(numbers(&read(&text), "column 3")[1..], [-3.0, -4.0]);
+}
+
+#[test]
 fn blank_lines_among_rows_without_x_are_told() {
     let no = format!("{HEAD}{SEGMENT}\t1\t-1\n\t2\t-2\n").replace("X_Columns\tOne", "X_Columns\tNo");
     let told = |text: &str| read(text).reasons.iter().any(|reason| reason.contains("blank lines part rows"));
