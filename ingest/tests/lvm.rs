@@ -560,6 +560,11 @@ fn x_since_1904_is_known_by_its_size() {
     // A segment without rows, and a first channel without samples, say nothing of what X counts from.
     let recording = read(&text.replacen("Channels", &format!("{SEGMENT}\nChannels"), 1));
     assert_eq!(recording.origin.as_deref(), Some("2022-12-24T08:45:47Z"));
+    // Rows behind a block that is longer than what is looked at are rows.
+    let special = format!("***Start_Special***\n{}\n***End_Special***\n", "x".repeat(1 << 17));
+    let second = SEGMENT.replace("09:13:00.5", "09:13:10.5");
+    let recording = read(&format!("{HEAD}{SEGMENT}{special}{ROWS}\n{second}{ROWS}"));
+    assert_eq!((numbers(&recording, "X_Value")[0], numbers(&recording, "X_Value")[3]), (0.5, 10.5));
     let recording = read(&multi("\t\t3754716347.5\t1\t3754716347.5\t2\n"));
     assert_eq!((numbers(&recording, "X_Value (2)"), numbers(&recording, "b")), (&[0.5][..], &[1.0][..]));
     assert_eq!(recording.origin.as_deref(), Some("2022-12-24T08:45:47Z"));
@@ -641,6 +646,30 @@ fn a_channel_without_a_step_takes_that_of_another_and_says_so() {
 }
 
 #[test]
+fn channels_may_have_any_name() {
+    for names in
+        ["X_Value\tX_Value\tF", "X_Value\tp\tX_Value", "X_Value\tX_Value\tX_Value", "X_Value\tp\t", "X_Value\t\tF"]
+    {
+        for (channels, is_commented) in [("2", true), ("2", false), ("", true)] {
+            let comment = if is_commented { "\tComment" } else { "" };
+            let text = whole().replace("Channels\t2", &format!("Channels\t{channels}"));
+            let recording = read(&text.replace("X_Value\tp\tF\tComment", &format!("{names}{comment}")));
+            let table = &recording.tables[0];
+            let read: Vec<_> = table.columns.iter().map(|column| column.cells.numbers().unwrap()).collect();
+            assert_eq!(
+                read,
+                [[0.5, 0.6, 0.7], [1.5, 2.5, 3.5], [-2.0, -3.0, -4.0]],
+                "{names} {channels} {is_commented}"
+            );
+            assert_eq!(recording.findings, [], "{names} {channels} {is_commented}");
+        }
+    }
+    // The first samples of a channel without a name are missing.
+    let text = whole().replace("X_Value\tp\tF\tComment", "X_Value\tp\t").replace("\t-2\n", "\t\n");
+    assert_eq!(numbers(&read(&text), "column 3")[1..], [-3.0, -4.0]);
+}
+
+#[test]
 fn blank_lines_among_rows_without_x_are_told() {
     let no = format!("{HEAD}{SEGMENT}\t1\t-1\n\t2\t-2\n").replace("X_Columns\tOne", "X_Columns\tNo");
     let told = |text: &str| read(text).reasons.iter().any(|reason| reason.contains("blank lines part rows"));
@@ -694,6 +723,9 @@ fn a_file_cut_anywhere_gives_a_prefix_and_says_what_it_can() {
             assert!(lost || no_end || !missing || between, "{cut} {is_whole_line}: {:?}", cut_file.findings);
         }
     }
+    // Of a row without X, only the empty cell in front of it.
+    let no = format!("{HEAD}{SEGMENT}\t1\t-1\n").replace("Samples\t3\t3", "Samples\t1\t1");
+    assert_eq!(kinds(&read(&format!("{no}\t"))), [(FindingKind::NoLineEnd, Severity::Note, 1)]);
     let error = error(&HEAD[..60]);
     assert!(error.starts_with("r.lvm:4") && error.contains("expected: a line `X_Value`"), "{error}");
 }

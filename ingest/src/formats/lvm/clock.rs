@@ -35,8 +35,8 @@ pub(super) struct Clock {
     last: Option<Start>,
     /// The first X of the first segment, in s.
     first_x: Option<f64>,
-    /// Whether a segment with rows has begun: until then nothing hangs on the origin.
-    is_used: bool,
+    /// Whether a segment has had rows: until then nothing hangs on the origin.
+    pub is_used: bool,
     /// Segments, those that state no start, those that state the start of the one before, those whose X cannot be related to the first.
     segments: usize,
     without: usize,
@@ -61,8 +61,6 @@ pub(super) struct Segment<'a> {
     pub first_x: Option<f64>,
     /// What `Time_Pref` states.
     pub is_absolute: bool,
-    /// Whether rows follow.
-    pub has_rows: bool,
     /// The sample that comes next, and the line of the names.
     pub row: usize,
     pub line: usize,
@@ -99,17 +97,13 @@ impl Clock {
             self.origin = Origin::Open;
             self.first_x = segment.first_x;
         }
-        self.is_used |= segment.has_rows;
         let is_first = self.origin == Origin::Open;
         self.segments += 1;
         if let Some(x) = segment.first_x.filter(|x| SINCE_1904.contains(x)) {
             return (vec![self.since_1904(x); channels], None);
         }
-        if segment.is_absolute
-            && is_first
-            && segment.has_rows
-            && !segment.layout.channels.iter().all(Channel::is_implicit)
-        {
+        let is_given = !segment.layout.channels.iter().all(Channel::is_implicit);
+        if segment.is_absolute && is_first && is_given && segment.first_x.is_some() {
             let why =
                 "Time_Pref is Absolute, but X does not count from 1904: it is taken for relative to Date and Time";
             self.reasons.push(why.to_owned());

@@ -170,8 +170,12 @@ impl Question<'_, '_> {
         let (looked, header, decimal) = (self.looked, self.header, self.decimal);
         let is_named = self.names.is_some();
         let mut names = self.names.take().unwrap_or_else(|| vec![&b""[..]; self.width()]);
-        while names.pop_if(|name| name.is_empty() && is_named).is_some() {}
         let stated_channels = header.value("Channels").and_then(|value| value.parse::<usize>().ok());
+        // Separators at the end name nothing, unless a channel stands there whose name is empty.
+        while let Some(last) = names.len().checked_sub(1)
+            && (stated_channels.is_none_or(|stated| last > stated) || !looked.is_filled(last))
+            && names.pop_if(|name| name.is_empty() && is_named).is_some()
+        {}
         let is_comment = |name: &&[u8]| name.eq_ignore_ascii_case(b"Comment");
         let mut is_comment_named = names.len() > 1 && names.last().is_some_and(is_comment);
         let last = names.len().saturating_sub(1);
@@ -251,6 +255,17 @@ impl Question<'_, '_> {
         let mut is_x: Vec<bool> = names.iter().map(|name| name.eq_ignore_ascii_case(X_VALUE)).collect();
         if let Some(first) = is_x.first_mut() {
             *first = true;
+        }
+        // A channel may have that name too: one whose X stands before it, or that has nothing behind it.
+        let is_single = self.stated != Some(XColumns::Multi) && stated_channels.is_some_and(|n| names.len() == n + 1);
+        for column in 1..is_x.len() {
+            let is_behind = column.checked_sub(1).and_then(|before| is_x.get(before)) == Some(&true);
+            let is_last = column + 1 == is_x.len();
+            if (is_single || is_behind || is_last)
+                && let Some(is_x) = is_x.get_mut(column)
+            {
+                *is_x = false;
+            }
         }
         let is_once = is_x.iter().filter(|is_x| **is_x).count() == 1;
         let fits = stated_channels.map_or(names.len().is_multiple_of(2), |channels| names.len() == 2 * channels);

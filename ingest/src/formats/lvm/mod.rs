@@ -7,7 +7,9 @@
 //!
 //! Channels that share every stamp are one table. Stamps are the start of the segment, by its `Date` and `Time`, plus X, from the whole
 //! second before the first start; so segments whose X begins at 0 again stand one behind the other. Where X is not in the file it is
-//! `X0 + i Delta_X`. X beyond 10^9 counts from 1904, whatever `Time_Pref` states.
+//! `X0 + i Delta_X`. X beyond 10^9 counts from 1904, whatever `Time_Pref` states. X that has gone on by as much as the start since the
+//! first segment counts from the first start: added to a later one, the time between would count twice. LabVIEW's zero, 1904-01-01
+//! 00:00 UTC, stands where data have no start, and is none.
 //!
 //! What a file that was cut reveals: a cut within a line, within a header behind the first segment, or within a special block is told as
 //! lost; so are fewer samples than `Samples` states. A cut at the end of a line leaves no trace where `Samples` is absent, or is that of

@@ -16,7 +16,7 @@ use super::start::Start;
 use super::tell::Odd;
 use crate::IngestError;
 use crate::error::{Place, shown};
-use crate::finding::places::{as_text, quoted};
+use crate::finding::places::{as_text, no_line_end, quoted};
 use crate::finding::{FindingKind, Severity};
 use crate::formats::csv::rows::fast_line;
 use crate::formats::csv::source::{BadLines, Ending, Source, Window};
@@ -330,6 +330,12 @@ impl<'a> Reader<'a> {
                     self.sample(line);
                 } else {
                     self.parted.get_or_insert(self.at);
+                    if !line.is_ended && !bytes.is_empty() {
+                        // Where X would stand in the next row, perhaps.
+                        let place = [(self.rows(), line.number)];
+                        let text = no_line_end(line.number);
+                        self.tally.tell(self.raw.name(), FindingKind::NoLineEnd, Severity::Note, &place, text);
+                    }
                 }
                 return Ok(true);
             }

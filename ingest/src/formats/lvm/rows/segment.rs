@@ -88,10 +88,9 @@ impl Reader<'_> {
         };
         let first_x = layout.channels.iter().enumerate().find_map(x).map(|x| x * layout.unit_s);
         let is_absolute = self.file.value("Time_Pref").is_some_and(|pref| pref.eq_ignore_ascii_case("absolute"));
-        let has_rows = !looked.rows.is_empty();
         let (file, header) = (&self.file, &self.header);
         let (offsets, start) =
-            self.clock.begin(&Segment { file, header, layout: &layout, first_x, is_absolute, has_rows, row, line });
+            self.clock.begin(&Segment { file, header, layout: &layout, first_x, is_absolute, row, line });
         let is_time = layout.is_time;
         let axis = |(index, channel): (usize, &Channel)| {
             let offset_s = offsets.get(index).copied().unwrap_or(0.0);
@@ -157,6 +156,7 @@ impl Reader<'_> {
     pub(super) fn end_segment(&mut self) {
         self.fast = None;
         self.state = State::Between;
+        self.clock.is_used |= self.at > 0;
         let is_parted = self.parted.is_some_and(|rows| 0 < rows && rows < self.at);
         let Some(block) = self.blocks.get_mut(self.current) else { return };
         let (line, row) = (block.line, block.rows().saturating_sub(1));
