@@ -211,9 +211,6 @@ impl Clock {
             Origin::Since1904(second) => Some(utc_second(second - S_1904_TO_1970 as f64, true)),
             Origin::Open | Origin::Nothing | Origin::Local(_) => None,
         };
-        if let Some(origin) = &origin {
-            self.reasons.push(format!("X counts from {origin}"));
-        }
         if self.origin == Origin::Nothing {
             self.reasons.push("no start is stated that can be read: X is used as it stands".to_owned());
         }

@@ -7,6 +7,7 @@ use super::start::Start;
 use crate::error::shown;
 use crate::finding::places::Places;
 use crate::finding::{Finding, FindingKind, Severity};
+use crate::watch::rounded;
 
 /// What was odd about headers, segment by segment.
 #[derive(Debug, Default)]
@@ -83,7 +84,10 @@ impl Odd {
                 && is_off(step, mean, steps)
             {
                 told_step = Some((step, mean));
-                self.steps.add_said(row, line, || format!("{}: {step} s stated, {mean} s the mean of X", name()));
+                let by = rounded(100.0 * (step - mean).abs() / mean.abs());
+                let less = if step < mean { "less" } else { "more" };
+                let words = || format!("{}: {step} s stated, {} s the mean of X, {by} % {less}", name(), rounded(mean));
+                self.steps.add_said(row, line, words);
             }
         }
     }
@@ -115,18 +119,16 @@ impl Odd {
                 findings.push(places.finding(kind, severity, file, None, text));
             }
         };
-        let times = |places: &Places| places.counted("time", "times");
         let Self { fewer, more, steps, channels, shorter, ignored_x, decimal, starts, .. } = self;
         let text = format!(
-            "fewer samples than `Samples` states {}, {} in all {}: what is missing was never written, or the file was cut",
-            times(&fewer),
-            self.missing,
+            "{} fewer than `Samples` states {}: what is missing was never written, or the file was cut",
+            if self.missing == 1 { "1 sample".to_owned() } else { format!("{} samples", self.missing) },
             fewer.listed()
         );
         tell(fewer, FindingKind::CountMismatch, Severity::Lost, text);
-        let text = format!("more samples than `Samples` states {} {}; all are read", times(&more), more.listed());
+        let text = format!("more samples than `Samples` states {}; all are read", more.listed());
         tell(more, FindingKind::CountMismatch, Severity::Note, text);
-        let text = format!("`Delta_X` is not the step of X {} {}; X counts", times(&steps), steps.listed());
+        let text = format!("`Delta_X` is not the step of X {}; X counts", steps.listed());
         tell(steps, FindingKind::StepMismatch, Severity::Note, text);
         if starts.rows > 0 {
             let mean = starts.seconds / starts.rows as f64;
@@ -134,14 +136,16 @@ impl Odd {
                 let mut places = Places::default();
                 places.add_worded(0, 0, String::new);
                 let text = format!(
-                    "`Delta_X` is {} s, but the starts of {} consecutive segments make {mean} s a sample: it is rounded, or there are pauses between segments",
+                    "`Delta_X` is {} s, but the starts of {} consecutive segments make {} s a sample, {} % off: it is rounded, or there are pauses between segments",
                     starts.step,
-                    starts.segments + 1
+                    starts.segments + 1,
+                    rounded(mean),
+                    rounded(100.0 * (starts.step - mean).abs() / mean.abs())
                 );
                 tell(places, FindingKind::StepMismatch, Severity::Note, text);
             }
         }
-        let text = format!("names and numbers of channels differ {} {}", times(&channels), channels.listed());
+        let text = format!("names and numbers of channels differ {}", channels.listed());
         tell(channels, FindingKind::HeaderMismatch, Severity::Note, text);
         let count = self.dropped;
         let text = format!(
