@@ -202,6 +202,26 @@ fn a_measurement_file_is_compared_by_the_times_that_it_states() {
 }
 
 #[test]
+fn comments_beside_rows_are_kept_and_name_no_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut said = ["start\r\n", "ok\r\n"].into_iter().cycle();
+    let rows = |line: &str| {
+        if line.starts_with(char::is_numeric) {
+            format!("{line}\t{}", said.next().unwrap())
+        } else {
+            line.to_owned() + "\r\n"
+        }
+    };
+    let text: String = measurement_file().split("\r\n").map(rows).collect();
+    fs::write(folder.path().join("run.lvm"), text).unwrap();
+    assert_eq!(pneuval(folder.path(), &["init", "."]).code, 0);
+    let session = fs::read_to_string(folder.path().join("session.toml")).unwrap();
+    assert!(!session.contains("Comment") && session.matches("[[run]]").count() == 1, "{session}");
+    let said = pneuval(folder.path(), &["inspect", "run.lvm"]);
+    assert!(said.out.contains("  Comment "), "{}{}", said.out, said.err);
+}
+
+#[test]
 fn columns_of_several_clocks_are_named_as_inspect_names_them() {
     // The second channel begins later: its X is another.
     let text = measurement_file().replace("Time\t09:13:00,5\t\t09:13:00,5", "Time\t09:13:00,5\t\t09:13:01,5");

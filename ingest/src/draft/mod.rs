@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 use parts::{Part, bare, parts, seems_pressure, take_clock, take_pressure};
 use text::{ACTUATOR, COMPARISONS, bounds, one_line, quoted, rig, slug, titled, unique};
 
+use crate::formats::lvm;
 use crate::manifest::TO_FILL_IN;
 use crate::recording::{Cells, Column, Recording, guessed_unit};
 use crate::units::{Dimension, Unit};
@@ -182,8 +183,9 @@ fn write_runs(out: &mut String, logs: &[(String, Recording)], guesses: &mut Vec<
     *out += "\n# Runs of one session are repeats on one specimen: points at equal pressure are averaged. What is no repeat is a session\n# of its own.\n";
     let mut ids = BTreeSet::new();
     for (file, log) in logs {
-        let columns = log.tables.iter().flat_map(|table| &table.columns);
-        let names = columns.clone().find_map(|column| Some((column, run_names(column)?)));
+        // What was noted while it ran names no runs.
+        let mut columns = log.tables.iter().flat_map(|table| &table.columns).filter(|c| c.name != lvm::COMMENT);
+        let names = columns.find_map(|column| Some((column, run_names(column)?)));
         let Some((column, names)) = names else {
             let _ = writeln!(out, "[[run]]\nfile = {}\n", quoted(file));
             continue;

@@ -302,7 +302,7 @@ impl<'a> Block<'a> {
             if index == 0 {
                 let rows = group.lines.rows() + group.pending.rows();
                 Comments::add(&mut self.comments, row.comment, rows, || {
-                    let name = names.unique("Comment");
+                    let name = names.unique(super::COMMENT);
                     let keep = self.keep.keeps("", &name, group.members.len() + 2);
                     (name, keep)
                 });

@@ -176,7 +176,7 @@ impl Question<'_, '_> {
             && (stated_channels.is_none_or(|stated| last > stated) || !looked.is_filled(last))
             && names.pop_if(|name| name.is_empty() && is_named).is_some()
         {}
-        let is_comment = |name: &&[u8]| name.eq_ignore_ascii_case(b"Comment");
+        let is_comment = |name: &&[u8]| name.eq_ignore_ascii_case(super::COMMENT.as_bytes());
         let mut is_comment_named = names.len() > 1 && names.last().is_some_and(is_comment);
         let last = names.len().saturating_sub(1);
         let is_number = |kind: CellKind| matches!(kind, CellKind::Number(_));

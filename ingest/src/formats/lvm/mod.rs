@@ -48,6 +48,9 @@ use crate::recording::{Keep, Recording};
 
 pub use write::{WriteOptions, XColumns, write};
 
+/// The column of what was noted beside rows.
+pub(crate) const COMMENT: &str = "Comment";
+
 /// Whether a text is a measurement file: by its first words, or where these are missing by the end of a header and a line of names.
 pub(super) fn looks_like(head: &[u8]) -> bool {
     let head = head.trim_ascii_start();

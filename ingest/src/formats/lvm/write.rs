@@ -202,7 +202,7 @@ impl<'t> Sheet<'t> {
                 let unit = column.unit.as_deref().unwrap_or_default();
                 self.word(&table.name, unit, "a unit")?;
                 self.channels.push(Channel { name: &column.name, unit, x, y, even });
-            } else if let Some(words) = column.cells.text().filter(|_| column.name == "Comment" && is_first) {
+            } else if let Some(words) = column.cells.text().filter(|_| column.name == super::COMMENT && is_first) {
                 for text in words {
                     self.word(&table.name, text, "a comment")?;
                 }
@@ -337,7 +337,7 @@ impl<'t> Sheet<'t> {
         self.line(out, &self.per_channel("***End_of_Header***", |_| String::new(), ""))?;
         let mut names = self.per_channel("X_Value", |channel| channel.name.to_owned(), "X_Value");
         if let Some(last) = names.last_mut() {
-            "Comment".clone_into(last);
+            super::COMMENT.clone_into(last);
         }
         self.line(out, &names)
     }
