@@ -132,6 +132,11 @@ fn instants_are_seconds_since_the_first_one_to_the_last_fraction() {
         let recording = file(&order.segment(USUAL, &[object], &data));
         assert_eq!(column(&recording, "g.t"), [0.5, 1.1, -1.0]);
         assert_eq!(recording.origin.as_deref(), Some("1904-01-01T01:00:00Z"));
+        // An instant that was not set is no origin: later ones would lose their last digits.
+        let unset = [order.stamp(0, 0), order.stamp(DAY, 1 << 63), order.stamp(DAY, tenth)].concat();
+        let object = order.object("/'g'/'t'", &order.index(0x44, 3), &[]);
+        let late = file(&order.segment(USUAL, &[object], &unset));
+        assert_eq!(column(&late, "g.t")[1..], [0.5, 0.1]);
         let column = &recording.tables[0].columns[0];
         assert_eq!(column.unit.as_deref(), Some("s"));
         assert!(column.clock.is_some());

@@ -74,12 +74,11 @@ pub(super) struct Shared {
 
 impl Shared {
     /// The origin, which is the whole second of `first` unless there is one already.
-    fn origin(&mut self, first: Option<Timestamp>) -> i64 {
-        match (self.origin, first) {
-            (Some(origin), _) => origin,
-            (None, Some(first)) => *self.origin.insert(first.seconds),
-            (None, None) => 0,
+    fn origin(&mut self, first: impl FnOnce() -> Option<Timestamp>) -> i64 {
+        if let Some(origin) = self.origin {
+            return origin;
         }
+        first().map_or(0, |first| *self.origin.insert(first.seconds))
     }
 }
 
@@ -255,7 +254,7 @@ impl Channel {
         match &mut self.content {
             Content::Numbers(numbers) => values.push(data_type, numbers, none),
             Content::Instants(numbers) => {
-                let origin = shared.origin(values.first_instant());
+                let origin = shared.origin(|| values.first_instant());
                 values.push(data_type, numbers, |stamp| stamp.since(origin));
             }
             Content::Complex(parts) => {
@@ -284,7 +283,7 @@ impl Channel {
             match bit {
                 Some(bit) => values.push_bit(bit, sink),
                 None if data_type == DataType::Time => {
-                    let origin = shared.origin(values.first_instant());
+                    let origin = shared.origin(|| values.first_instant());
                     values.push(data_type, sink, |stamp| stamp.since(origin));
                 }
                 None => values.push(data_type, sink, |_| f64::NAN),
@@ -412,9 +411,15 @@ impl Scaled {
 }
 
 impl Values<'_> {
+    /// The first instant that was set; the beginning of the count stands for none, unless nothing else is there.
     fn first_instant(self) -> Option<Timestamp> {
-        let bytes = self.bytes.get(self.offset..)?.first_chunk()?;
-        Some(super::types::timestamp(*bytes, self.big_endian))
+        let places = self.bytes.chunks_exact(self.stride);
+        let mut stamps = places.filter_map(|place| {
+            let bytes = place.get(self.offset..)?.first_chunk()?;
+            Some(super::types::timestamp(*bytes, self.big_endian))
+        });
+        let first = stamps.next();
+        first.filter(|stamp| stamp.seconds != 0).or_else(|| stamps.find(|stamp| stamp.seconds != 0)).or(first)
     }
 }
 
