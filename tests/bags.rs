@@ -7,10 +7,9 @@ mod common;
 
 use std::fs;
 use std::io::Cursor;
-use std::path::Path;
 
 use common::pneuval;
-use common::sitting::{ACTUATOR, FEA};
+use common::sitting::{measured, with_log};
 use pneuval_ingest::finding::LineMap;
 use pneuval_ingest::formats::csv::Decimal;
 use pneuval_ingest::formats::mcap::{Compression, WriteOptions, write};
@@ -80,16 +79,7 @@ points = { from = "plateaus", tolerance = { value = 0.1, unit = "kPa" }, hold = 
 "#;
 
 fn sitting(session: &str, bag: &[u8]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, text) in [("actuator.toml", ACTUATOR), ("fea.csv", FEA), ("session.toml", session)] {
-        fs::write(folder.path().join(name), text).unwrap();
-    }
-    fs::write(folder.path().join("run.mcap"), bag).unwrap();
-    folder
-}
-
-fn results(folder: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.join("report/results/results.json")).unwrap()).unwrap()
+    with_log(session, "run.mcap", bag)
 }
 
 #[test]
@@ -98,14 +88,7 @@ fn a_bag_is_compared_by_its_own_clock() {
     let said = pneuval(folder.path(), &["validate", ".", "--out", "report"]);
     // One repeat and no bound: nothing is decided, everything is measured.
     assert_eq!(said.code, 3, "{}", said.err);
-    let comparison = &results(folder.path())["comparisons"][0];
-    let measured: Vec<String> = comparison["points"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|point| format!("{:.4}", point["measured"][0].as_f64().unwrap()))
-        .collect();
-    assert_eq!(measured, ["0.0000", "0.0101", "0.0299"]);
+    assert_eq!(measured(folder.path()), ["0.0000", "0.0101", "0.0299"]);
 }
 
 #[test]

@@ -8,10 +8,9 @@ mod common;
 mod tdms;
 
 use std::fs;
-use std::path::Path;
 
 use common::pneuval;
-use common::sitting::{ACTUATOR, FEA};
+use common::sitting::{measured, with_log};
 use pneuval_ingest::store::read_parquet;
 use serde_json::Value;
 use tdms::{LITTLE, Prop, USUAL, i16s};
@@ -72,19 +71,7 @@ points = { from = "plateaus", tolerance = { value = 0.1, unit = "kPa" }, hold = 
 "#;
 
 fn sitting(stream: &[u8]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, text) in [("actuator.toml", ACTUATOR), ("fea.csv", FEA), ("session.toml", SESSION)] {
-        fs::write(folder.path().join(name), text).unwrap();
-    }
-    fs::write(folder.path().join("run.tdms"), stream).unwrap();
-    folder
-}
-
-fn measured(folder: &Path) -> Vec<String> {
-    let results = fs::read_to_string(folder.join("report/results/results.json")).unwrap();
-    let results: Value = serde_json::from_str(&results).unwrap();
-    let points = results["comparisons"][0]["points"].as_array().unwrap();
-    points.iter().map(|point| format!("{:.4}", point["measured"][0].as_f64().unwrap())).collect()
+    with_log(SESSION, "run.tdms", stream)
 }
 
 #[test]

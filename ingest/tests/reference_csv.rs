@@ -3,27 +3,15 @@
 // In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+#[path = "common/reference.rs"]
+mod reference;
+
+use std::path::Path;
 
 use pneuval_ingest::finding::{FindingKind, clock_findings, rate_hz};
 use pneuval_ingest::formats::csv::{CsvOptions, TextLog, read};
 use pneuval_ingest::limits;
-
-/// The CSV files of a folder of the reference data; `None`, told, where there are none.
-fn files(folder: &str) -> Option<Vec<PathBuf>> {
-    let Some(root) = std::env::var_os("PNEUVAL_REFERENCE_DATA") else {
-        // Not `println!`, which the test runner keeps to itself. Nobody is told less if the stream is closed.
-        let _ = writeln!(std::io::stderr(), "{folder}: not run, PNEUVAL_REFERENCE_DATA is not set");
-        return None;
-    };
-    let folder = Path::new(&root).join(folder);
-    let entries = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "csv"));
-    files.sort();
-    Some(files)
-}
+use reference::files;
 
 fn log(path: &Path) -> (TextLog, usize) {
     let bytes = limits::read(path, limits::LOG_BYTES_MAX).unwrap();
@@ -37,7 +25,7 @@ fn numbers(log: &TextLog, column: usize) -> &[f64] {
 
 #[test]
 fn zillen_friction_logs() {
-    let (Some(first), Some(again)) = (files("rig/zillen"), files("rig/zillen/rerun")) else { return };
+    let (Some(first), Some(again)) = (files("rig/zillen", "csv"), files("rig/zillen/rerun", "csv")) else { return };
     assert_eq!((first.len(), again.len()), (6, 3));
     for path in first.iter().chain(&again) {
         let (log, lines) = log(path);
@@ -75,7 +63,7 @@ fn zillen_friction_logs() {
 
 #[test]
 fn gunawardane_tip_poses() {
-    let Some(files) = files("rig/gunawardane") else { return };
+    let Some(files) = files("rig/gunawardane", "csv") else { return };
     let (log, lines) = log(&files[0]);
     assert_eq!((log.rows, log.columns.len()), (lines - 1, 5));
     let mut groups = log.columns[0].cells.text().unwrap().to_vec();
@@ -89,7 +77,7 @@ fn gunawardane_tip_poses() {
 
 #[test]
 fn soromadb_tensile_tests() {
-    let Some(files) = files("tensile/soromadb") else { return };
+    let Some(files) = files("tensile/soromadb", "csv") else { return };
     assert_eq!(files.len(), 3);
     for path in &files {
         let (log, lines) = log(path);
@@ -103,7 +91,7 @@ fn soromadb_tensile_tests() {
 
 #[test]
 fn tracker_with_a_clock_of_words_for_every_sensor() {
-    let Some(files) = files("tracker/trakstar") else { return };
+    let Some(files) = files("tracker/trakstar", "csv") else { return };
     let (log, lines) = log(&files[0]);
     assert_eq!((log.rows, log.columns.len()), (lines - 1, 64));
     assert_eq!(log.column("time1").unwrap().cells.text().unwrap()[0], "00:00:00.0119684");

@@ -4,22 +4,16 @@
 // In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+#[path = "common/reference.rs"]
+mod reference;
+
+use std::path::Path;
 
 use pneuval_ingest::finding::{FindingKind, Severity};
 use pneuval_ingest::formats::{Options, read};
 use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::recording::{Keep, Recording};
-
-fn folder() -> Option<PathBuf> {
-    let Some(root) = std::env::var_os("PNEUVAL_REFERENCE_DATA") else {
-        // Not `println!`, which the test runner keeps to itself. Nobody is told less if the stream is closed.
-        let _ = writeln!(std::io::stderr(), "lvm: not run, PNEUVAL_REFERENCE_DATA is not set");
-        return None;
-    };
-    Some(Path::new(&root).join("lvm"))
-}
+use reference::reference;
 
 fn recording(path: &Path) -> Recording {
     let name = path.display().to_string();
@@ -39,7 +33,7 @@ fn kinds(recording: &Recording) -> Vec<(FindingKind, Severity)> {
 
 #[test]
 fn triggered_impacts_without_x() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = reference("lvm") else { return };
     let recording = recording(&folder.join("short.lvm"));
     let table = &recording.tables[0];
     assert_eq!((recording.tables.len(), table.rows, table.columns.len()), (1, 10, 3));
@@ -55,7 +49,7 @@ fn triggered_impacts_without_x() {
 
 #[test]
 fn two_channels_with_an_x_each() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = reference("lvm") else { return };
     let recording = recording(&folder.join("multi_time_column.lvm"));
     let table = &recording.tables[0];
     assert_eq!((recording.tables.len(), table.rows, table.columns.len()), (1, 3, 3));
@@ -70,7 +64,7 @@ fn two_channels_with_an_x_each() {
 
 #[test]
 fn a_process_log_with_remarks_in_latin_1() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = reference("lvm") else { return };
     let recording = recording(&folder.join("with_comments.lvm"));
     let table = &recording.tables[0];
     assert_eq!((recording.tables.len(), table.rows, table.columns.len()), (1, 9, 5));
@@ -90,7 +84,7 @@ fn a_process_log_with_remarks_in_latin_1() {
 
 #[test]
 fn every_file_of_the_folder_is_read_and_none_loses_a_row() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = reference("lvm") else { return };
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
     for path in entries.map(|entry| entry.unwrap().path()).filter(|p| p.extension().is_some_and(|e| e == "lvm")) {
         let recording = recording(&path);

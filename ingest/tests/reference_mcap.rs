@@ -3,27 +3,20 @@
 // In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp, clippy::approx_constant)]
 
+#[path = "common/reference.rs"]
+mod reference;
+
 use std::collections::BTreeMap;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
 
 use mcap::records::{Record, op};
 use pneuval_ingest::formats::mcap::{RecordAt, read, records};
 use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::recording::{Cells, Keep, Recording, Table};
+use reference::reference;
 use serde_json::{Map, Value, json};
 
-fn folder(name: &str) -> Option<PathBuf> {
-    let Some(root) = std::env::var_os("PNEUVAL_REFERENCE_DATA") else {
-        // Not `println!`, which the test runner keeps to itself. Nobody is told less if the stream is closed.
-        let _ = writeln!(std::io::stderr(), "{name}: not run, PNEUVAL_REFERENCE_DATA is not set");
-        return None;
-    };
-    Some(Path::new(&root).join(name))
-}
-
 fn bag(name: &str) -> Option<Recording> {
-    let path = folder("mcap/rosbag2")?.join(name);
+    let path = reference("mcap/rosbag2")?.join(name);
     let raw = RawFile::open(&path, name, u64::MAX).unwrap();
     Some(read(&raw, Keep::All).unwrap())
 }
@@ -167,7 +160,7 @@ fn attachment(body: &[u8]) -> Map<String, Value> {
 
 #[test]
 fn every_record_of_the_conformance_suite() {
-    let Some(root) = folder("mcap/conformance") else { return };
+    let Some(root) = reference("mcap/conformance") else { return };
     let mut files = 0;
     for kind in std::fs::read_dir(root).unwrap() {
         for entry in std::fs::read_dir(kind.unwrap().path()).unwrap() {

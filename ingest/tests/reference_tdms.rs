@@ -4,8 +4,10 @@
 // In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+#[path = "common/reference.rs"]
+mod reference;
+
+use std::path::Path;
 
 use pneuval_ingest::IngestError;
 use pneuval_ingest::finding::Severity;
@@ -13,21 +15,8 @@ use pneuval_ingest::formats::stamps;
 use pneuval_ingest::formats::{Format, Options, detect, read};
 use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::recording::{Cells, Column, Keep, Recording};
+use reference::files;
 use serde_json::Value;
-
-/// The TDMS files of a folder of the reference data; `None`, told, where there are none.
-fn files(folder: &str) -> Option<Vec<PathBuf>> {
-    let Some(root) = std::env::var_os("PNEUVAL_REFERENCE_DATA") else {
-        let _ = writeln!(std::io::stderr(), "{folder}: not run, PNEUVAL_REFERENCE_DATA is not set");
-        return None;
-    };
-    let folder = Path::new(&root).join(folder);
-    let entries = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "tdms"));
-    files.sort();
-    Some(files)
-}
 
 fn open(path: &Path) -> Result<Recording, IngestError> {
     let raw = RawFile::open(path, &path.display().to_string(), u64::MAX)?;
@@ -77,7 +66,7 @@ fn check(recording: &Recording, column: &Column, expected: &Value, what: &str) {
 
 #[test]
 fn generated_streams_are_read_as_another_reader_reads_them_and_refused_where_it_refuses() {
-    let Some(files) = files("tdms/generated") else { return };
+    let Some(files) = files("tdms/generated", "tdms") else { return };
     assert_eq!(files.len(), 36);
     let (mut refused, mut channels) = (0, 0);
     for path in files {
@@ -118,7 +107,7 @@ fn generated_streams_are_read_as_another_reader_reads_them_and_refused_where_it_
 
 #[test]
 fn files_of_real_programs() {
-    let Some(files) = files("tdms") else { return };
+    let Some(files) = files("tdms", "tdms") else { return };
     assert_eq!(files.len(), 4);
     for path in files {
         let recording = open(&path).unwrap();

@@ -3,24 +3,17 @@
 // In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+#[path = "common/reference.rs"]
+mod reference;
+
+use std::path::Path;
 
 use pneuval_ingest::finding::{FindingKind, Severity, rate_hz};
 use pneuval_ingest::formats::tracker::{TrackerOptions, trakstar};
 use pneuval_ingest::formats::{Format, Options, detect, read};
 use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::recording::{Keep, Recording};
-
-/// A file of the reference data; `None`, told, where there are none.
-fn file(name: &str) -> Option<PathBuf> {
-    let Some(root) = std::env::var_os("PNEUVAL_REFERENCE_DATA") else {
-        // Not `println!`, which the test runner keeps to itself. Nobody is told less if the stream is closed.
-        let _ = writeln!(std::io::stderr(), "{name}: not run, PNEUVAL_REFERENCE_DATA is not set");
-        return None;
-    };
-    Some(Path::new(&root).join(name))
-}
+use reference::reference;
 
 fn recording(path: &Path, expected: Format) -> Recording {
     let raw = RawFile::open(path, "log", u64::MAX).unwrap();
@@ -34,7 +27,7 @@ fn column<'a>(recording: &'a Recording, name: &str) -> &'a [f64] {
 
 #[test]
 fn trakstar_of_eight_sensors_is_in_cm_at_89_hz() {
-    let Some(path) = file("tracker/trakstar/8-sensors-89hz.csv") else { return };
+    let Some(path) = reference("tracker/trakstar/8-sensors-89hz.csv") else { return };
     let recording = recording(&path, Format::Trakstar);
     let table = &recording.tables[0];
     assert_eq!((recording.tables.len(), table.rows, table.columns.len()), (1, 1447, 64));
@@ -69,7 +62,7 @@ fn trakstar_of_eight_sensors_is_in_cm_at_89_hz() {
 
 #[test]
 fn poses_of_poor_quality_are_holes_when_asked() {
-    let Some(path) = file("tracker/trakstar/8-sensors-89hz.csv") else { return };
+    let Some(path) = reference("tracker/trakstar/8-sensors-89hz.csv") else { return };
     let raw = RawFile::open(&path, "log", u64::MAX).unwrap();
     let recording = trakstar::read(&raw, TrackerOptions { quality_max: Some(9000) }, Keep::All).unwrap();
     for sensor in 1..=8 {
@@ -90,7 +83,7 @@ fn poses_of_poor_quality_are_holes_when_asked() {
 #[test]
 fn plus_sequences_have_their_frames() {
     for (name, frames) in [("SyntheticTrackerBuffer20.igs.mha", 20), ("Prostate10_tracker.igs.mha", 10)] {
-        let Some(path) = file(&format!("tracker/plus/{name}")) else { return };
+        let Some(path) = reference(&format!("tracker/plus/{name}")) else { return };
         let recording = recording(&path, Format::Plus);
         let table = &recording.tables[0];
         assert_eq!((table.rows, table.clock.map(|c| table.columns[c].name.as_str())), (frames, Some("Timestamp")));
@@ -99,7 +92,7 @@ fn plus_sequences_have_their_frames() {
         assert_eq!((time[0], time[frames - 1]), (1.0, 1.0 + 0.5 * (frames - 1) as f64));
         assert_eq!(recording.findings, [], "{name}");
     }
-    let Some(path) = file("tracker/plus/SyntheticTrackerBuffer20.igs.mha") else { return };
+    let Some(path) = reference("tracker/plus/SyntheticTrackerBuffer20.igs.mha") else { return };
     let recording = recording(&path, Format::Plus);
     let z = column(&recording, "ToolToTracker.z");
     assert_eq!((z[0], z[10], z[19]), (30.0, 38.0, 31.0));
@@ -109,7 +102,7 @@ fn plus_sequences_have_their_frames() {
 #[test]
 fn logs_of_rigs_are_still_told_as_delimited_text() {
     for folder in ["rig/zillen", "rig/zillen/rerun", "rig/gunawardane", "tensile/soromadb", "tensile/treloar", "tube"] {
-        let Some(folder) = file(folder) else { return };
+        let Some(folder) = reference(folder) else { return };
         let mut folders = vec![folder];
         let mut told = 0;
         while let Some(folder) = folders.pop() {

@@ -304,6 +304,19 @@ fn a_channel_with_two_scalers_takes_both_also_from_two_buffers() {
 }
 
 #[test]
+fn instants_of_a_card_are_instants_also_where_metadata_come_again() {
+    let index = |place| LITTLE.daqmx(0x44, false, 1, &[(u32::MAX, 0, place, 0)], &[18]);
+    let segment = |place: u32, seconds| {
+        let stamp = LITTLE.stamp(seconds, 1 << 63);
+        let row = if place == 0 { [stamp, vec![0; 2]].concat() } else { [vec![0; 2], stamp].concat() };
+        LITTLE.segment(USUAL | DAQMX, &[LITTLE.object(P, &index(place), &[])], &row)
+    };
+    let recording = file(&[segment(0, DAY), segment(2, DAY + 1)].concat());
+    assert_eq!((column(&recording, "rig.p"), &recording.findings), (&[0.5, 1.5][..], &vec![]));
+    assert_eq!(recording.tables[0].columns[0].unit.as_deref(), Some("s"));
+}
+
+#[test]
 fn lines_of_a_digital_port_are_bits() {
     for order in [LITTLE, BIG] {
         // Three lines of a port of 32 bits: the lowest, the ninth and the last.

@@ -59,6 +59,24 @@ pressure = [{ channel = "pressure", chamber = "air" }]
 measured = { channel = "stroke", method = "laser" }
 "#;
 
+/// A folder with a session on that actuator and the log that it names.
+pub fn with_log(session: &str, name: &str, log: &[u8]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [("actuator.toml", ACTUATOR), ("fea.csv", FEA), ("session.toml", session)] {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    fs::write(folder.path().join(name), log).unwrap();
+    folder
+}
+
+/// What was measured at the points of the first comparison in `report`, in SI.
+pub fn measured(folder: &Path) -> Vec<String> {
+    let results = fs::read_to_string(folder.join("report/results/results.json")).unwrap();
+    let results: Value = serde_json::from_str(&results).unwrap();
+    let points = results["comparisons"][0]["points"].as_array().unwrap();
+    points.iter().map(|point| format!("{:.4}", point["measured"][0].as_f64().unwrap())).collect()
+}
+
 impl Sitting {
     pub fn new() -> Self {
         let sitting = Self { folder: tempfile::tempdir().unwrap() };

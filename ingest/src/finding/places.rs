@@ -162,6 +162,18 @@ pub(crate) fn told(
     places.finding(kind, severity, file, None, text)
 }
 
+/// A finding of what has no place among samples and lines.
+pub(crate) fn placeless(
+    kind: FindingKind,
+    severity: Severity,
+    file: &str,
+    channel: Option<&str>,
+    count: usize,
+    text: String,
+) -> Finding {
+    Finding { kind, severity, file: file.to_owned(), channel: channel.map(str::to_owned), spans: vec![], count, text }
+}
+
 /// What is said of a last line that ends before its cells do; whether the last of them `is_cut` is not certain.
 pub(crate) fn cut_line(line: usize, held: usize, usual: usize, is_cut: bool) -> String {
     let cell = if is_cut { "; the last of them may be cut and is a hole" } else { "" };

@@ -159,10 +159,7 @@ fn read_log(raw: &RawFile, options: &CsvOptions, keep: Keep, chunk: usize) -> Re
     let rows::Rows { numbers, texts, lines, mut tally, metadata, bad, ending, .. } = rows;
     let bad = if bad.count > 0 { &bad } else { &ending.bad };
     let sniff::Found { mut layout, misfit, cut, glued, .. } = found;
-    layout.encoding = match ending.encoding {
-        Encoding::Utf8 | Encoding::Utf8Bom if bad.count > 0 => Encoding::Latin1,
-        encoding => encoding,
-    };
+    layout.encoding = ending.encoding.with(bad);
     if layout.encoding != Encoding::Utf8 {
         // Behind the delimiter; that single lines are Latin-1 is known at the end only.
         layout.reasons.insert(1, format!("the text is {}", layout.encoding.name()));

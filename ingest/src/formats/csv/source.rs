@@ -38,6 +38,16 @@ impl Encoding {
     }
 }
 
+impl Encoding {
+    /// The encoding, given the lines that are not UTF-8.
+    pub(in crate::formats) fn with(self, bad: &BadLines) -> Self {
+        match self {
+            Self::Utf8 | Self::Utf8Bom if bad.count > 0 => Self::Latin1,
+            encoding => encoding,
+        }
+    }
+}
+
 /// Lines with bytes that are not the encoding: how many, and the first of them.
 #[derive(Debug, Clone, Default)]
 pub(in crate::formats) struct BadLines {

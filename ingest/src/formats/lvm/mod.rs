@@ -98,10 +98,7 @@ fn read_in_pieces(raw: &RawFile, keep: Keep, chunk: usize) -> Result<Recording, 
     for block in blocks {
         block.finish(file, decimal, &mut tables, &mut of_cells);
     }
-    let encoding = match ending.encoding {
-        Encoding::Utf8 | Encoding::Utf8Bom if bad.count > 0 => Encoding::Latin1,
-        encoding => encoding,
-    };
+    let encoding = ending.encoding.with(&bad);
     if encoding != Encoding::Utf8 {
         reasons.insert(0, format!("the text is {}", encoding.name()));
     }

@@ -8,6 +8,7 @@ use super::bag::Bag;
 use super::tell::messages;
 use crate::IngestError;
 use crate::error::{Place, shown};
+use crate::finding::places::placeless;
 use crate::finding::{Finding, FindingKind, Severity};
 use crate::formats::foreign::CONVERT_BAG;
 use crate::limits::NESTING_MAX;
@@ -94,7 +95,7 @@ pub(super) fn files<'r>(raw: &'r RawFile<'r>) -> Result<Vec<&'r RawFile<'r>>, In
 }
 
 fn finding(raw: &RawFile, kind: FindingKind, severity: Severity, text: String) -> Finding {
-    Finding { kind, severity, file: raw.name().to_owned(), channel: None, spans: vec![], count: 1, text }
+    placeless(kind, severity, raw.name(), None, 1, text)
 }
 
 /// A folder before its bags are read.

@@ -3,7 +3,7 @@
 use super::scan::{End, How};
 use super::topic::{Origin, Topic};
 use crate::error::shown;
-use crate::finding::places::Firsts;
+use crate::finding::places::{Firsts, placeless};
 use crate::finding::{Finding, FindingKind, SPANS_MAX, Severity};
 
 /// Places named in a sentence.
@@ -100,8 +100,7 @@ impl Tell {
     pub fn findings(self, file: &str, origin: Option<Origin>) -> Vec<Finding> {
         let mut findings = vec![];
         let mut tell = |kind, severity, count: usize, text: String| {
-            let file = file.to_owned();
-            findings.push(Finding { kind, severity, file, channel: None, spans: vec![], count, text });
+            findings.push(placeless(kind, severity, file, None, count, text));
         };
         let last = self.broken.len();
         for (index, broken) in self.broken.into_iter().enumerate() {
@@ -213,7 +212,7 @@ pub(super) fn ending(
             (FindingKind::Truncated, Severity::Lost, text)
         }
     };
-    Some(Finding { kind, severity, file: file.to_owned(), channel: None, spans: vec![], count: 1, text })
+    Some(placeless(kind, severity, file, None, 1, text))
 }
 
 /// What is odd about the messages of a topic.

@@ -208,7 +208,7 @@ impl Channel {
         };
         match (index.data_type, scaling, &index.daqmx) {
             (DataType::Text, _, _) => Content::Texts(Vec::new()),
-            (DataType::Time, None, None) => Content::Instants(Builder::clock(self.is_kept, ClockUnit::Seconds(1.0))),
+            (DataType::Time, None, _) => Content::Instants(Builder::clock(self.is_kept, ClockUnit::Seconds(1.0))),
             (DataType::ComplexSingle | DataType::ComplexDouble, None, _) => {
                 Content::Complex(Box::new([Builder::new(self.is_kept), Builder::new(self.is_kept)]))
             }
@@ -248,7 +248,7 @@ impl Channel {
         }
     }
 
-    /// Takes raw values, which are whole; of a DAQ card those of one of its scalers. How many numbers came of them.
+    /// Takes raw values, which are whole; those of a DAQ card go to [`push_scaler`](Self::push_scaler).
     pub fn push(&mut self, values: Values, data_type: DataType, shared: &mut Shared) {
         let none = |_: Timestamp| f64::NAN;
         match &mut self.content {
@@ -295,7 +295,7 @@ impl Channel {
                     push(values, bit, data_type, shared, numbers);
                 }
             }
-            Content::Numbers(numbers) => push(values, bit, data_type, shared, numbers),
+            Content::Numbers(numbers) | Content::Instants(numbers) => push(values, bit, data_type, shared, numbers),
             Content::Scaled(scaled) => {
                 if scaler == 0 && scaled.scaling.takes_raw() {
                     push(values, bit, data_type, shared, &mut scaled.raw);
@@ -306,12 +306,7 @@ impl Channel {
                 }
                 scaled.apply(&mut shared.scratch);
             }
-            Content::Open
-            | Content::Skipped
-            | Content::Refused(_)
-            | Content::Instants(_)
-            | Content::Complex(_)
-            | Content::Texts(_) => {}
+            Content::Open | Content::Skipped | Content::Refused(_) | Content::Complex(_) | Content::Texts(_) => {}
         }
     }
 

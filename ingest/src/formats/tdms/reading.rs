@@ -92,8 +92,9 @@ impl Reading<'_> {
         if head.is_empty() && at > 0 {
             return Ok(false);
         }
-        let tag = if at == 0 && head.starts_with(INDEX_TAG) { INDEX_TAG } else { TAG };
-        self.is_index |= tag == INDEX_TAG;
+        if at == 0 {
+            self.is_index = head.starts_with(INDEX_TAG);
+        }
         let tag = if self.is_index { INDEX_TAG } else { TAG };
         if !head.starts_with(tag) {
             if at == 0 {
@@ -287,15 +288,14 @@ impl Reading<'_> {
             return Ok(());
         }
         let stated = lead.next.map(|next| next - lead.raw);
+        let (chunks, rest) = (bytes / layout.chunk_bytes, bytes % layout.chunk_bytes);
         match &layout.shape {
             Shape::Interleaved { width } => task.rows(bytes / width, *width)?,
             Shape::Contiguous => {
-                for _ in 0..bytes / layout.chunk_bytes {
+                for _ in 0..chunks {
                     task.chunk(layout.chunk_bytes)?;
                 }
-                let rest = bytes % layout.chunk_bytes;
                 // Where the file ends within a last chunk that is short anyway, it is the first bytes of that.
-                let chunks = bytes / layout.chunk_bytes;
                 let short = stated.filter(|stated| stated / layout.chunk_bytes == chunks);
                 if let Some(stated) = short.filter(|_| rest > 0) {
                     task.short_chunk(stated % layout.chunk_bytes, rest)?;
@@ -304,10 +304,9 @@ impl Reading<'_> {
                 }
             }
             Shape::Daqmx(buffers) => {
-                for _ in 0..bytes / layout.chunk_bytes {
+                for _ in 0..chunks {
                     task.daqmx(buffers)?;
                 }
-                let rest = bytes % layout.chunk_bytes;
                 if rest > 0 {
                     task.short_daqmx(buffers, rest, is_whole)?;
                 }
@@ -318,8 +317,8 @@ impl Reading<'_> {
             return Ok(());
         }
         let is_in_rows = matches!(layout.shape, Shape::Interleaved { .. });
-        if !is_in_rows && !bytes.is_multiple_of(layout.chunk_bytes) {
-            tell.short_chunk(at, bytes % layout.chunk_bytes, layout.chunk_bytes);
+        if !is_in_rows && rest > 0 {
+            tell.short_chunk(at, rest, layout.chunk_bytes);
         }
         let taken = stream.offset() - at - LEAD_BYTES as u64 - lead.raw;
         if bytes > taken {

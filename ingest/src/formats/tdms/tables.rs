@@ -10,6 +10,7 @@ use super::unusable;
 use super::value::{Properties, Timestamp};
 use crate::IngestError;
 use crate::error::shown;
+use crate::finding::places::placeless;
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::formats::csv::Decimal;
 use crate::raw::RawFile;
@@ -69,11 +70,9 @@ pub(super) fn recording(raw: &RawFile, pass: Pass, keep: Keep) -> Result<Recordi
     for channel in &channels {
         names.entry(channel.group.clone()).or_default().insert(channel.name.clone());
     }
-    let (mut tables, mut undated) = (Vec::new(), Vec::new());
-    for group in groups(channels) {
-        let taken = names.entry(group.name.clone()).or_default();
-        tables.push(table(group, &objects, origin, keep, taken, file, &mut reasons, &mut findings, &mut undated));
-    }
+    let mut making = Making { file, objects: &objects, origin, keep, names, reasons, findings, undated: Vec::new() };
+    let tables = groups(channels).into_iter().map(|group| making.table(group)).collect();
+    let Making { reasons, mut findings, undated, .. } = making;
     let origin = origin.map(|seconds| Timestamp { seconds, fraction: 0 }.second());
     findings.extend(origin.as_ref().and_then(|origin| tell::undated(file, &undated, origin)));
     Ok(Recording { format: "TDMS", tables, findings, reasons, metadata: metadata(&objects), origin })
@@ -84,11 +83,9 @@ fn groups(channels: Vec<Channel>) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     let mut by_group: HashMap<String, Vec<usize>> = HashMap::new();
     let mut without = Vec::new();
-    let mut order = Vec::new();
-    for (at, channel) in channels.into_iter().enumerate() {
-        let (stated, timings) = (channel.stated.max(channel.values), channel.timings.clone());
-        let axes = timings.finish(channel.values);
-        order.push((channel.object, at));
+    for channel in channels {
+        let stated = channel.stated.max(channel.values);
+        let axes = channel.timings.clone().finish(channel.values);
         if axes.is_none() {
             without.push((channel, stated, axes));
             continue;
@@ -126,67 +123,69 @@ fn put(
     }
 }
 
-#[allow(clippy::too_many_arguments)]
-fn table(
-    group: Group,
-    objects: &Objects,
+/// Tables in the making.
+struct Making<'a> {
+    file: &'a str,
+    objects: &'a Objects,
     origin: Option<i64>,
-    keep: Keep,
-    taken: &mut HashSet<String>,
-    file: &str,
-    reasons: &mut Vec<String>,
-    findings: &mut Vec<Finding>,
-    undated: &mut Vec<String>,
-) -> Table {
-    let Group { name, axes, channels, .. } = group;
-    let values = channels.iter().map(|channel| channel.values).max().unwrap_or(0);
-    // As many values as were counted while they were read.
-    let rows = usize::try_from(values).unwrap_or(usize::MAX);
-    let mut columns = Vec::new();
-    let mut clock = None;
-    if let Some(first) = axes.first() {
+    keep: Keep<'a>,
+    /// Names of columns by group.
+    names: HashMap<String, HashSet<String>>,
+    reasons: Vec<String>,
+    findings: Vec<Finding>,
+    /// Clocks without a date.
+    undated: Vec<String>,
+}
+
+impl Making<'_> {
+    fn table(&mut self, group: Group) -> Table {
+        let time = self.time(&group);
+        let Group { name, axes, channels, .. } = group;
+        let rows = rows(&channels);
+        let clock = axes.first().filter(|first| first.other.is_none()).map(|_| 0);
+        let mut columns: Vec<Column> = time.into_iter().collect();
+        let taken = self.names.entry(name.clone()).or_default();
+        for channel in channels {
+            let object = self.objects.get(channel.object);
+            let is_wide = channel.is_wide();
+            let own = channel.finish(rows, object, &mut |name| unique(taken, name));
+            let wide = own.iter().filter(|_| is_wide);
+            self.findings.extend(wide.filter_map(|column| rounded(self.file, &name, column)));
+            columns.extend(own);
+        }
+        Table { name, schema: None, columns, rows, lines: LineMap::default(), clock, decimal: Decimal::Point }
+    }
+
+    /// The column of the time axis, and what is to be said of it.
+    fn time(&mut self, group: &Group) -> Option<Column> {
+        let Group { name, axes, channels, .. } = group;
+        let first = axes.first()?;
+        let is_time = first.other.is_none();
         let (column, unit) =
             first.other.as_ref().map_or((TIME, Some("s")), |(name, unit)| (name.as_str(), unit.as_deref()));
-        let column = unique(taken, column);
-        let full = full_name(&name, &column);
-        if reasons.len() < TOLD_MAX {
+        let column = unique(self.names.entry(name.clone()).or_default(), column);
+        let full = full_name(name, &column);
+        if self.reasons.len() < TOLD_MAX {
             let step = crate::watch::rounded(first.increment.unwrap_or(0.0));
             let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
-            let start = first.start.filter(|_| first.other.is_none());
+            let start = first.start.filter(|_| is_time);
             let start = start.map_or_else(String::new, |start| format!(" from {}", start.rounded()));
-            reasons.push(format!("column {}: steps of {step}{unit}{start}, as the waveforms state", shown(&full)));
+            let reason = format!("column {}: steps of {step}{unit}{start}, as the waveforms state", shown(&full));
+            self.reasons.push(reason);
         }
-        if origin.is_some() && first.other.is_none() && first.start.is_none() {
-            undated.push(full.clone());
+        if self.origin.is_some() && is_time && first.start.is_none() {
+            self.undated.push(full.clone());
         }
-        let changes: Vec<u64> = axes.changes().collect();
-        if !changes.is_empty() {
-            let at: Vec<String> = changes.iter().take(3).map(u64::to_string).collect();
-            let more = if changes.len() > 3 { ", ..." } else { "" };
-            let text = format!(
-                "column {}: the waveforms state another beginning or step at {} (sample {}{more}): the times follow it",
-                shown(&full),
-                if changes.len() == 1 { "one place".to_owned() } else { format!("{} places", changes.len()) },
-                at.join(", ")
-            );
-            let kind = FindingKind::ConflictingDefinition;
-            findings.push(finding(file, kind, Severity::Note, Some(full), changes.len(), text));
-        }
-        if first.other.is_none() {
-            clock = Some(0);
-        }
-        let builder = times(&axes, values, origin, keep.wants(&name), first.other.is_none());
-        columns.push(builder.finish(column, unit.map(str::to_owned)));
+        self.findings.extend(tell::changes(self.file, &full, &axes.changes().collect::<Vec<_>>()));
+        let builder = times(axes, rows(channels), self.origin, self.keep.wants(name), is_time);
+        Some(builder.finish(column, unit.map(str::to_owned)))
     }
-    for channel in channels {
-        let object = objects.get(channel.object);
-        let mut unique = |name: &str| unique(taken, name);
-        let is_wide = channel.is_wide();
-        let own = channel.finish(rows, object, &mut unique);
-        findings.extend(own.iter().filter(|_| is_wide).filter_map(|column| rounded(file, &name, column)));
-        columns.extend(own);
-    }
-    Table { name, schema: None, columns, rows, lines: LineMap::default(), clock, decimal: Decimal::Point }
+}
+
+/// As many rows as the longest channel has values, which were counted while they were read.
+fn rows(channels: &[Channel]) -> usize {
+    let values = channels.iter().map(|channel| channel.values).max().unwrap_or(0);
+    usize::try_from(values).unwrap_or(usize::MAX)
 }
 
 /// What is told of integers that a double cannot hold.
@@ -200,18 +199,18 @@ fn rounded(file: &str, table: &str, column: &Column) -> Option<Finding> {
         shown(&full)
     );
     let count = column.summary.samples - column.summary.holes;
-    Some(finding(file, FindingKind::Rounded, Severity::Note, Some(full), count, text))
+    Some(placeless(FindingKind::Rounded, Severity::Note, file, Some(&full), count, text))
 }
 
 /// The times of all samples.
 // Samples beyond 2^53 are more than any file holds.
 #[allow(clippy::cast_precision_loss)]
-fn times(axes: &Axes, values: u64, origin: Option<i64>, is_kept: bool, is_time: bool) -> Builder {
+fn times(axes: &Axes, rows: usize, origin: Option<i64>, is_kept: bool, is_time: bool) -> Builder {
     // What is kept can be looked at later.
     let is_watched = is_time && !is_kept;
     let mut times = if is_watched { Builder::clock(false, ClockUnit::Seconds(1.0)) } else { Builder::new(is_kept) };
-    times.reserve(usize::try_from(values).unwrap_or(0));
-    for (count, begin, step) in axes.runs(values, origin) {
+    times.reserve(rows);
+    for (count, begin, step) in axes.runs(rows as u64, origin) {
         let mut at = 0;
         while at < count {
             let end = count.min(at + 1024);
@@ -242,17 +241,6 @@ fn metadata(objects: &Objects) -> Vec<String> {
         }
     }
     lines
-}
-
-fn finding(
-    file: &str,
-    kind: FindingKind,
-    severity: Severity,
-    channel: Option<String>,
-    count: usize,
-    text: String,
-) -> Finding {
-    Finding { kind, severity, file: file.to_owned(), channel, spans: vec![], count, text }
 }
 
 fn refused(raw: &RawFile, channel: &Channel) -> IngestError {

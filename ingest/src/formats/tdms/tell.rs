@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::channel::Channel;
 use crate::error::shown;
-use crate::finding::places::{Firsts, zero_bytes};
+use crate::finding::places::{Firsts, placeless, zero_bytes};
 use crate::finding::{Finding, FindingKind, Severity};
 use crate::recording::full_name;
 
@@ -100,7 +100,7 @@ impl Tell {
     pub fn findings(self, file: &str, length: u64, shorter: &[(String, u64, u64)]) -> Vec<Finding> {
         let mut findings = Vec::new();
         let mut tell = |kind, severity, channel: Option<String>, count: usize, text| {
-            findings.push(Finding { kind, severity, file: file.to_owned(), channel, spans: vec![], count, text });
+            findings.push(placeless(kind, severity, file, channel.as_deref(), count, text));
         };
         if let Some((at, cut)) = self.cut {
             let behind = length.saturating_sub(at);
@@ -210,8 +210,8 @@ fn listed(names: &[String]) -> String {
 
 /// A finding about channels.
 fn of(file: &str, kind: FindingKind, severity: Severity, names: &[String], text: String) -> Finding {
-    let channel = if let [one] = names { Some(one.clone()) } else { None };
-    Finding { kind, severity, file: file.to_owned(), channel, spans: vec![], count: names.len(), text }
+    let channel = if let [one] = names { Some(one.as_str()) } else { None };
+    placeless(kind, severity, file, channel, names.len(), text)
 }
 
 /// Columns of time without a date in a file whose other stamps count from `origin`.
@@ -226,6 +226,21 @@ pub(super) fn undated(file: &str, names: &[String], origin: &str) -> Option<Find
         listed(names)
     );
     Some(of(file, FindingKind::NoDate, Severity::Note, names, text))
+}
+
+/// What is told of a time axis that the waveforms state anew at samples.
+pub(super) fn changes(file: &str, column: &str, samples: &[u64]) -> Option<Finding> {
+    let first: Vec<String> = samples.iter().take(NAMED_MAX).map(u64::to_string).collect();
+    let more = if samples.len() > NAMED_MAX { ", ..." } else { "" };
+    let text = format!(
+        "column {}: the waveforms state another beginning or step at {} (sample {}{more}): the times follow it",
+        shown(column),
+        count(samples.len() as u64, "place", "places"),
+        first.join(", ")
+    );
+    let finding =
+        placeless(FindingKind::ConflictingDefinition, Severity::Note, file, Some(column), samples.len(), text);
+    (!samples.is_empty()).then_some(finding)
 }
 
 /// What is odd about the values of channels.
