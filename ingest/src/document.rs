@@ -247,6 +247,72 @@ impl RawValue {
     }
 }
 
+/// `{ value, unit }` as a user writes it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Amount {
+    value: Spanned<f64>,
+    unit: Spanned<String>,
+}
+
+impl Amount {
+    /// Where its value stands.
+    pub fn span(&self) -> Range<usize> {
+        self.value.span()
+    }
+
+    /// The number as it is written, and its unit.
+    ///
+    /// # Errors
+    /// [`IngestError::Malformed`] for an unknown unit, and for a number that is not finite.
+    pub fn written(&self, document: &Document) -> Result<(f64, Unit), IngestError> {
+        let unit = parse_unit(document, &self.unit)?;
+        Ok((finite(document, &self.value)?, unit))
+    }
+
+    /// The amount in SI units, of either sign.
+    ///
+    /// # Errors
+    /// [`IngestError::Malformed`] for an unknown unit, a unit of another dimension, or a number that is not finite.
+    pub fn signed(&self, document: &Document, dimension: Dimension) -> Result<f64, IngestError> {
+        let (value, unit) = self.written(document)?;
+        if unit.dimension != dimension {
+            let found = format!("unit `{}`", unit.symbol);
+            return Err(document.malformed(self.unit.span(), dimension.name(), found, "correct the unit"));
+        }
+        let si = unit.to_si(value);
+        if si.is_finite() {
+            return Ok(si);
+        }
+        let found = format!("{value} {}", unit.symbol);
+        Err(document.malformed(self.value.span(), "a number that is finite in SI units", found, "correct it"))
+    }
+
+    /// The amount in SI units, more than zero.
+    ///
+    /// # Errors
+    /// As [`Amount::signed`], and for zero and less.
+    pub fn checked(&self, document: &Document, dimension: Dimension) -> Result<f64, IngestError> {
+        let si = self.signed(document, dimension)?;
+        if si > 0.0 {
+            return Ok(si);
+        }
+        Err(document.malformed(self.value.span(), "a number > 0", self.value.get_ref().to_string(), "correct it"))
+    }
+
+    /// The amount in SI units, or zero, whose unit may be any.
+    ///
+    /// # Errors
+    /// As [`Amount::checked`], but for zero.
+    pub fn not_negative(&self, document: &Document, dimension: Dimension) -> Result<f64, IngestError> {
+        if *self.value.get_ref() == 0.0 {
+            parse_unit(document, &self.unit)?;
+            return Ok(0.0);
+        }
+        self.checked(document, dimension)
+    }
+}
+
 /// A unit in a document.
 ///
 /// # Errors

@@ -190,6 +190,18 @@ impl Table {
         Ok(Column { unit, cells })
     }
 
+    /// A column without holes.
+    ///
+    /// # Errors
+    /// As [`Table::column`], and for a hole, with what is `needed` instead.
+    pub fn every(&self, name: &str, dimension: Dimension, needed: &str) -> Result<Vec<Printed>, IngestError> {
+        let number = |(row, cell): (usize, Option<Printed>)| match cell {
+            Some(cell) if cell.si.is_finite() => Ok(cell),
+            _ => Err(self.hole(row, name, needed)),
+        };
+        self.column(name, dimension)?.cells.into_iter().enumerate().map(number).collect()
+    }
+
     fn cell(&self, row: &Row, index: usize, name: &str, unit: Unit) -> Result<Option<Printed>, IngestError> {
         let text = &row.cells[index];
         if text.is_empty() {

@@ -281,6 +281,8 @@ pub enum Spelling {
 }
 
 impl Unit {
+    /// Of pure numbers.
+    pub const ONE: Self = unit("1", Dimension::Ratio, 1.0);
     /// Percent, in which papers print relative errors.
     pub const PERCENT: Self = unit("%", Dimension::Ratio, 1e-2);
     /// Seconds, and what logs count in instead.

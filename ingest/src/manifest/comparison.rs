@@ -87,9 +87,11 @@ impl HoldOut {
     }
 }
 
+/// A quantity as a user writes it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawQuantity {
+pub struct RawQuantity {
+    /// Its id.
     pub id: Spanned<String>,
     title: String,
     unit: Spanned<String>,
@@ -97,6 +99,10 @@ pub(super) struct RawQuantity {
 }
 
 impl RawQuantity {
+    /// The quantity.
+    ///
+    /// # Errors
+    /// [`IngestError::Malformed`] for what is no id or no unit, and for components that are one or not told apart.
     pub fn checked(&self, document: &Document) -> Result<Quantity, IngestError> {
         if let Some(components) = &self.components {
             let names = components.get_ref();
@@ -154,9 +160,10 @@ pub(super) fn check_width(
     Err(document.malformed(columns.span(), expected, found.to_string(), "name one per component"))
 }
 
+/// A comparison as a user writes it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawComparison {
+pub struct RawComparison {
     quantity: Spanned<String>,
     form: Spanned<String>,
     model: Option<Spanned<String>>,
@@ -176,13 +183,18 @@ struct RawFit {
 }
 
 /// A measured quantity and the ids of the predictions that stand beside it in its source.
-pub(super) struct Comparable<'a> {
+pub struct Comparable<'a> {
+    /// Id of the quantity.
     pub quantity: &'a str,
+    /// Ids of the predictions.
     pub columns: Vec<&'a str>,
 }
 
 /// The comparisons of a file, each about one of its quantities.
-pub(super) fn comparisons(
+///
+/// # Errors
+/// [`IngestError::Malformed`] with line and key.
+pub fn comparisons(
     document: &Document,
     raw: &[RawComparison],
     measured: &[Comparable],

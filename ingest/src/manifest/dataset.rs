@@ -418,7 +418,7 @@ impl RawTable {
                 return Err(document.malformed(pressure.chamber.span(), "every chamber once", found, "rename one"));
             }
             chambers.push(chamber);
-            for (row, cell) in rows.iter_mut().zip(every(table, &pressure.column, Dimension::Pressure, "a pressure")?) {
+            for (row, cell) in rows.iter_mut().zip(table.every(&pressure.column, Dimension::Pressure, "a pressure")?) {
                 row.push(cell.si);
             }
         }
@@ -443,7 +443,7 @@ impl RawTable {
                 return Err(document.malformed(raw.id.span(), "every condition once", found, "rename one"));
             }
             let unit = parse_unit(document, &raw.unit)?;
-            let cells = every(table, &raw.column, unit.dimension, "a value of the condition")?;
+            let cells = table.every(&raw.column, unit.dimension, "a value of the condition")?;
             let open = |cell: Printed| if raw.exact { Printed { half_width_si: 0.0, ..cell } } else { cell };
             rows.iter_mut().zip(cells).for_each(|(row, cell)| row.push(open(cell)));
             conditions.push(Condition { id: id.clone(), title: raw.title.clone(), unit });
@@ -466,20 +466,6 @@ impl RawTable {
             Some(name) => Err(table.undeclared(name, &declared)),
         }
     }
-}
-
-/// A column that must have a number in every row.
-pub(super) fn every(
-    table: &Table,
-    column: &str,
-    dimension: Dimension,
-    needed: &str,
-) -> Result<Vec<Printed>, IngestError> {
-    let number = |(row, cell): (usize, Option<Printed>)| match cell {
-        Some(cell) if cell.si.is_finite() => Ok(cell),
-        _ => Err(table.hole(row, column, needed)),
-    };
-    table.column(column, dimension)?.cells.into_iter().enumerate().map(number).collect()
 }
 
 /// The values of a quantity, from one column per component.

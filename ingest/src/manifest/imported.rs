@@ -4,7 +4,6 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::comparison::{OneOrMany, Quantity, RawQuantity, check_width};
-use super::dataset::every;
 use super::{FileDigest, ReadBeside, check_id, read_named};
 use crate::digest;
 use crate::document::Document;
@@ -99,7 +98,7 @@ impl RawImported {
         let (full, bytes) = read_named(document, &self.file, beside)?;
         let table = Table::read(&full, &bytes)?;
         let every = |name: &str, dimension| -> Result<Vec<f64>, IngestError> {
-            let cells = every(&table, name, dimension, "a number in every row of a model's table")?;
+            let cells = table.every(name, dimension, "a number in every row of a model's table")?;
             Ok(cells.into_iter().map(|cell| cell.si).collect())
         };
         let pressures = every(&self.pressure.column, Dimension::Pressure)?;

@@ -8,7 +8,7 @@ mod rig;
 mod session;
 
 pub use actuator::{Actuator, Chamber, Material};
-pub use comparison::{ComparisonSpec, FitSpec, HoldOut, Quantity};
+pub use comparison::{Comparable, ComparisonSpec, FitSpec, HoldOut, Quantity, RawComparison, RawQuantity, comparisons};
 pub use dataset::{
     Cell, Condition, FileDigest, Listing, Paper, PredictedColumn, PublishedDataset, PublishedTable, Stated, Statistic,
 };
@@ -24,7 +24,11 @@ use crate::error::{IngestError, shown};
 /// The version of the file formats this program reads.
 const SCHEMA: i64 = 1;
 
-fn check_schema(document: &Document, schema: &Spanned<i64>) -> Result<(), IngestError> {
+/// The version of a file that a user wrote.
+///
+/// # Errors
+/// [`IngestError::Malformed`] for another than this program's.
+pub fn check_schema(document: &Document, schema: &Spanned<i64>) -> Result<(), IngestError> {
     if *schema.get_ref() == SCHEMA {
         return Ok(());
     }
@@ -77,7 +81,11 @@ pub fn is_id(text: &str) -> bool {
         && text.starts_with(|c: char| c.is_ascii_alphanumeric())
 }
 
-fn check_id(document: &Document, id: &Spanned<String>) -> Result<String, IngestError> {
+/// An id that a user wrote.
+///
+/// # Errors
+/// [`IngestError::Malformed`] for what [`is_id`] refuses.
+pub fn check_id(document: &Document, id: &Spanned<String>) -> Result<String, IngestError> {
     let text = id.get_ref();
     if is_id(text) {
         return Ok(text.clone());

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+pub use raw::channel_id;
 use raw::{Raw, responses, runs};
 
 use super::comparison::{Comparable, ComparisonSpec, Quantity, comparisons};

@@ -9,7 +9,7 @@ use super::{
     ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PointRule, PressureReference, ResponseSpec,
     RunSpec, Specimen, Stamp,
 };
-use crate::document::{Document, finite, parse_unit};
+use crate::document::{Amount, Document, parse_unit};
 use crate::error::{IngestError, shown, suggestion};
 use crate::formats::csv::{self, CsvOptions};
 use crate::formats::tracker::TrackerOptions;
@@ -34,7 +34,7 @@ pub(super) struct Raw {
     pub specimen: Option<Specimen>,
     #[serde(default)]
     pub notes: Vec<String>,
-    pub excluded_max: Option<RawAmount>,
+    pub excluded_max: Option<Amount>,
     #[serde(default)]
     pub reader: RawReader,
     pub clock: Option<Spanned<RawClock>>,
@@ -48,39 +48,6 @@ pub(super) struct Raw {
     pub response: Vec<RawResponse>,
     #[serde(default)]
     pub comparison: Vec<RawComparison>,
-}
-
-/// `{ value, unit }`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawAmount {
-    value: Spanned<f64>,
-    unit: Spanned<String>,
-}
-
-impl RawAmount {
-    /// The same, or zero.
-    pub fn not_negative(&self, document: &Document, dimension: Dimension) -> Result<f64, IngestError> {
-        if *self.value.get_ref() == 0.0 {
-            parse_unit(document, &self.unit)?;
-            return Ok(0.0);
-        }
-        self.checked(document, dimension)
-    }
-
-    /// The amount in SI units: positive, of a dimension.
-    pub fn checked(&self, document: &Document, dimension: Dimension) -> Result<f64, IngestError> {
-        let unit = parse_unit(document, &self.unit)?;
-        if unit.dimension != dimension {
-            let found = format!("unit `{}`", unit.symbol);
-            return Err(document.malformed(self.unit.span(), dimension.name(), found, "correct the unit"));
-        }
-        let value = finite(document, &self.value)?;
-        if value > 0.0 && unit.to_si(value).is_finite() {
-            return Ok(unit.to_si(value));
-        }
-        Err(document.malformed(self.value.span(), "a number > 0", value.to_string(), "correct it"))
-    }
 }
 
 #[derive(Default, Deserialize)]
@@ -144,8 +111,8 @@ enum RawColumn {
 pub(super) struct RawClock {
     column: Option<Spanned<RawColumn>>,
     unit: Option<Spanned<String>>,
-    wrap: Option<Spanned<RawAmount>>,
-    rate: Option<RawAmount>,
+    wrap: Option<Spanned<Amount>>,
+    rate: Option<Amount>,
     stamp: Option<Stamp>,
 }
 
@@ -177,9 +144,9 @@ pub(super) struct RawRun {
     id: Option<Spanned<String>>,
     file: Spanned<String>,
     rows: Option<RawRows>,
-    atmosphere: Option<RawAmount>,
+    atmosphere: Option<Amount>,
     #[serde(default)]
-    zero: BTreeMap<Spanned<String>, RawAmount>,
+    zero: BTreeMap<Spanned<String>, Amount>,
 }
 
 #[derive(Deserialize)]
@@ -198,7 +165,7 @@ pub(super) struct RawResponse {
     #[serde(default)]
     condition: Vec<RawCondition>,
     points: Option<RawPoints>,
-    zero_within: Option<RawAmount>,
+    zero_within: Option<Amount>,
 }
 
 #[derive(Deserialize)]
@@ -229,10 +196,10 @@ struct RawCondition {
 #[serde(deny_unknown_fields)]
 struct RawPoints {
     from: Spanned<PointSource>,
-    same_within: Option<RawAmount>,
-    tolerance: Option<RawAmount>,
-    hold: Option<RawAmount>,
-    window: Option<RawAmount>,
+    same_within: Option<Amount>,
+    tolerance: Option<Amount>,
+    hold: Option<Amount>,
+    window: Option<Amount>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -347,7 +314,10 @@ fn new_id(document: &Document, id: &Spanned<String>, ids: &mut Vec<String>) -> R
 }
 
 /// Channels may also be named with `_`, as models' inputs are.
-pub(super) fn channel_id(document: &Document, id: &Spanned<String>) -> Result<String, IngestError> {
+///
+/// # Errors
+/// [`IngestError::Malformed`] for other signs.
+pub fn channel_id(document: &Document, id: &Spanned<String>) -> Result<String, IngestError> {
     let text = id.get_ref();
     if is_id(&text.replace('_', "-")) {
         return Ok(text.clone());
@@ -441,8 +411,7 @@ pub(super) fn runs(
                             let next = suggestion(name, channels.iter().map(String::as_str));
                             return Err(document.malformed(channel.span(), "a channel above", shown(name), next));
                         }
-                        let unit = parse_unit(document, &amount.unit)?;
-                        Ok((name.clone(), (finite(document, &amount.value)?, unit)))
+                        Ok((name.clone(), amount.written(document)?))
                     })
                     .collect::<Result<_, _>>()?,
                 atmosphere_pa: run.atmosphere.as_ref().map(|a| a.checked(document, Dimension::Pressure)).transpose()?,
@@ -536,14 +505,14 @@ impl RawPoints {
                 if let Some(same) = &self.same_within {
                     let expected = "no `same_within` beside from = \"plateaus\"";
                     let next = "remove it: plateaus within `tolerance` of each other are repeats";
-                    return Err(document.malformed(same.value.span(), expected, "one", next));
+                    return Err(document.malformed(same.span(), expected, "one", next));
                 }
                 let hold_s = hold.checked(document, Dimension::Time)?;
                 let window_s = window.checked(document, Dimension::Time)?;
                 if window_s > hold_s {
                     let expected = format!("at most the hold of {hold_s} s");
                     let next = "a window lies inside its plateau";
-                    return Err(document.malformed(window.value.span(), expected, format!("{window_s} s"), next));
+                    return Err(document.malformed(window.span(), expected, format!("{window_s} s"), next));
                 }
                 let tolerance_pa = tolerance.checked(document, Dimension::Pressure)?;
                 Ok(PointRule::Plateaus { tolerance_pa, hold_s, window_s })
