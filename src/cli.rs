@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -39,6 +39,8 @@ pub enum Command {
     Report(Report),
     /// Print what the models predict over pressure
     Predict(Predict),
+    /// Write a raw session with known truth and, on demand, known faults
+    Rehearse(Rehearse),
     /// List the model catalogue: equations, sources, misprints, check values
     Models(Models),
     /// List the material laws: energies, stresses, constants, check values; and the papers' constants in them
@@ -179,6 +181,107 @@ pub struct Predict {
     /// Print JSON, in SI units
     #[arg(long)]
     pub json: bool,
+}
+
+/// Write a raw session with known truth and, on demand, known faults.
+///
+/// Pressure programme, regulator, specimen, instruments and clocks are those of a plan: an embedded one for each of the five types, or
+/// your own rehearsal.toml. What is written is what a rig would have written, with session.toml, rig.toml, actuator.toml and bounds.toml
+/// to validate it, and truth.json, which says what really happened. The same seed gives the same bytes.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval rehearse internal-support --out monday && pneuval validate monday\n  pneuval rehearse fruit-finger --format tdms --seed 7\n  pneuval rehearse internal-support --truth \"outer-diameter = consistent\"\n  pneuval rehearse pdms-wall --fault gap --fault flatline@force\n  pneuval rehearse --faults"
+)]
+pub struct Rehearse {
+    /// A plan: the id of an embedded one or of rehearsals/<id>.toml here or above, or a file
+    pub actuator: Option<String>,
+    /// Folder that is written: a new or an empty one. Default: rehearsed-<plan>
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// What the random numbers come from
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Runs of each programme
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub repeats: u16,
+    /// Specimens, each with a session of its own
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=10_000))]
+    pub specimens: u16,
+    /// No noise, lag, creep, hysteresis: what is logged is the truth
+    #[arg(long)]
+    pub ideal: bool,
+    /// The format of every device, in place of the plan's
+    #[arg(long)]
+    pub format: Option<RehearsedFormat>,
+    /// How messages of a bag are encoded
+    #[arg(long, default_value = "cdr")]
+    pub encoding: BagEncoding,
+    /// How chunks of a bag are compressed
+    #[arg(long, default_value = "zstd")]
+    pub compression: BagCompression,
+    /// Whether all devices share a clock or have the plan's own, with offset and drift
+    #[arg(long, default_value = "one")]
+    pub clocks: Clocks,
+    /// The shape of the pressure programme, in place of the plan's
+    #[arg(long)]
+    pub programme: Option<Shape>,
+    /// One sitting of the plan only
+    #[arg(long, value_name = "ID")]
+    pub sitting: Option<String>,
+    /// What really happens: published, a form of `pneuval models`, or a table; may be repeated
+    #[arg(long, value_name = "QUANTITY = WHAT")]
+    pub truth: Vec<String>,
+    /// What goes wrong, in the second run unless said otherwise; may be repeated
+    #[arg(long, value_name = "NAME[@CHANNEL][:RUN]")]
+    pub fault: Vec<String>,
+    /// List the faults
+    #[arg(long, exclusive = true)]
+    pub faults: bool,
+    /// Print what was written as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Formats that any device can be given.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum RehearsedFormat {
+    Csv,
+    Serial,
+    Lvm,
+    Tdms,
+    Mcap,
+}
+
+/// Encodings of messages.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum BagEncoding {
+    Cdr,
+    Json,
+    Protobuf,
+}
+
+/// Compressions of chunks.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum BagCompression {
+    Zstd,
+    Lz4,
+    None,
+}
+
+/// Whose clocks devices have.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Clocks {
+    One,
+    Own,
+}
+
+/// Shapes of a pressure programme.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Shape {
+    Steps,
+    Ramp,
+    Sine,
+    Cycles,
 }
 
 /// List the model catalogue: equations, sources, misprints, check values.

@@ -10,6 +10,7 @@ mod materials;
 mod models;
 mod output;
 mod predict;
+mod rehearse;
 mod report;
 mod table;
 mod validate;
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
         Command::Gate(arguments) => gate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
+        Command::Rehearse(arguments) => rehearse::run(&arguments),
         Command::Models(arguments) => models::run(&arguments),
         Command::Materials(arguments) => materials::run(&arguments),
     };

@@ -6,6 +6,7 @@
 //! | `actuators/<id>.toml` | chambers, dimensions, material, each value with its place in the paper |
 //! | `bounds/<actuator>.toml` | acceptance limits, each with its reason |
 //! | `rigs/<id>.toml` | instruments with their calibration |
+//! | `rehearsals/<id>.toml` | what the rehearsal rig does: see [`rehearse`] |
 //!
 //! A user's own data are a `dataset.toml` (printed tables) or a `session.toml` (raw logs) in a folder.
 //!
@@ -14,6 +15,8 @@
 //! other.
 //!
 //! What people wrote is read and checked before any log: [`describe`], then [`load`]. [`find`] is both.
+
+pub mod rehearse;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -81,6 +84,16 @@ pub enum DatasetError {
         /// What to do.
         next: String,
     },
+    /// A rehearsal is asked for that nobody describes.
+    #[error(
+        "no plan of a rehearsal\n  expected: rehearsals/{plan}.toml here or above, an embedded one, or a file\n  found:    `{plan}`\n  next:     {next}"
+    )]
+    UnknownPlan {
+        /// What was asked for.
+        plan: String,
+        /// What to do.
+        next: String,
+    },
     /// Two datasets carry one id.
     #[error(
         "{file}: key `id`\n  expected: every dataset id once\n  found:    `{id}`, as in {other}\n  next:     rename one"
@@ -108,6 +121,13 @@ pub struct Located {
     pub embedded: bool,
     /// The folder it lies in.
     folder: Folder,
+}
+
+impl Located {
+    /// A file that lies beside it.
+    fn beside(&self, name: &str) -> Result<Vec<u8>, IngestError> {
+        Ok(self.folder.read(name)?.1)
+    }
 }
 
 /// What was found in a folder.
@@ -312,6 +332,19 @@ pub fn embedded_actuators() -> impl Iterator<Item = &'static str> {
     EMBEDDED.iter().filter_map(|(name, _)| name.strip_prefix("actuators/")?.strip_suffix(".toml"))
 }
 
+/// The ids of the embedded rehearsals.
+pub fn rehearsals() -> impl Iterator<Item = &'static str> {
+    EMBEDDED.iter().filter_map(|(name, _)| name.strip_prefix("rehearsals/")?.strip_suffix(".toml"))
+}
+
+/// The embedded paper of an actuator, if there is one.
+fn embedded_dataset(actuator: &str) -> Result<Option<PublishedDataset>, DatasetError> {
+    let folder = Folder::Embedded(format!("published/{actuator}"));
+    let Some(bytes) = embedded(&format!("published/{actuator}/dataset.toml")) else { return Ok(None) };
+    let file = format!("embedded published/{actuator}/dataset.toml");
+    Ok(Some(PublishedDataset::read(&file, bytes, &|name| folder.read(name))?))
+}
+
 fn unknown_actuator(file: &str, id: &str) -> DatasetError {
     let next = format!("{}; or write an actuator.toml of that id here or above", suggestion(id, embedded_actuators()));
     DatasetError::UnknownActuator { file: file.to_owned(), actuator: id.to_owned(), next }
@@ -364,14 +397,14 @@ impl Place {
             Written::Published(Box::new(PublishedDataset::read(&file, &bytes, &|name| folder.read(name))?))
         } else {
             let manifest = SessionManifest::read(&file, &bytes)?;
-            let rig = manifest.rig.as_deref().map(|id| folder.rig(&file, id)).transpose()?;
+            let rig = manifest.rig.as_deref().map(|id| Ok::<_, DatasetError>(folder.rig(&file, id)?.0)).transpose()?;
             Written::Session(Box::new(manifest), rig)
         };
         let id = match &data {
             Written::Published(dataset) => &dataset.actuator,
             Written::Session(manifest, _) => &manifest.actuator,
         };
-        let Some((actuator, actuator_file)) = folder.actuator(id)? else {
+        let Some((actuator, Located { relative: actuator_file, .. })) = folder.actuator(id)? else {
             return Err(unknown_actuator(&file, id));
         };
         let bounds_name = format!("bounds/{id}.toml");
@@ -438,7 +471,7 @@ impl Folder {
     /// The nearest actuator of an id: at each level `actuator.toml`, if it is of this id, or `actuators/<id>.toml`. One without an
     /// id, which `pneuval init` writes, is of any id for the data beside it: filled in, as the nearest; empty, where there is no
     /// other.
-    fn actuator(&self, id: &str) -> Result<Option<(Actuator, String)>, IngestError> {
+    fn actuator(&self, id: &str) -> Result<Option<(Actuator, Located)>, IngestError> {
         let mut draft = None;
         for located in self.candidates(&["actuator.toml", &format!("actuators/{id}.toml")])? {
             let located = located?;
@@ -446,33 +479,50 @@ impl Folder {
             let actuator = Actuator::read(&located.file, &located.bytes, id, &beside)?;
             if actuator.draft {
                 if located.relative == "actuator.toml" {
-                    let found = Some((actuator, located.relative));
+                    let found = Some((actuator, located));
                     if found.as_ref().is_some_and(|(actuator, _)| is_filled_in(actuator)) {
                         return Ok(found);
                     }
                     draft = found;
                 }
             } else if actuator.id == id {
-                return Ok(Some((actuator, located.relative)));
+                return Ok(Some((actuator, located)));
             }
         }
         Ok(draft)
     }
 
     /// The nearest rig of an id: at each level `rig.toml`, if it is of this id, or `rigs/<id>.toml`.
-    fn rig(&self, file: &str, id: &str) -> Result<Rig, DatasetError> {
+    fn rig(&self, file: &str, id: &str) -> Result<(Rig, Located), DatasetError> {
         let mut seen = Vec::new();
         for located in self.candidates(&["rig.toml", &format!("rigs/{id}.toml")])? {
             let located = located?;
             let rig = Rig::read(&located.file, &located.bytes)?;
             if rig.id == id {
-                return Ok(Rig { relative: located.relative, ..rig });
+                return Ok((Rig { relative: located.relative.clone(), ..rig }, located));
             }
             seen.push(rig.id);
         }
         let embedded = EMBEDDED.iter().filter_map(|(name, _)| name.strip_prefix("rigs/")?.strip_suffix(".toml"));
         let next = suggestion(id, seen.iter().map(String::as_str).chain(embedded));
         Err(DatasetError::UnknownRig { file: file.to_owned(), rig: id.to_owned(), next })
+    }
+
+    /// A plan of a rehearsal: a file, or the nearest `rehearsals/<id>.toml`; and the folder where it looks for what it names.
+    fn plan(name: &str, from: &Path) -> Result<(Located, Self), DatasetError> {
+        let path = from.join(name);
+        if path.is_file() {
+            let bytes = limits::read(&path, limits::WRITTEN_BYTES_MAX)?;
+            let folder = Self::Disk(path.parent().unwrap_or(from).to_owned());
+            let file = Path::new(name).display().to_string();
+            let located = Located { relative: file.clone(), file, bytes, embedded: false, folder: folder.clone() };
+            return Ok((located, folder));
+        }
+        let folder = Self::Disk(from.to_owned());
+        match folder.lookup(&[&format!("rehearsals/{name}.toml")])? {
+            Some(located) => Ok((located, folder)),
+            None => Err(DatasetError::UnknownPlan { plan: name.to_owned(), next: suggestion(name, rehearsals()) }),
+        }
     }
 
     /// The nearest of the named files.

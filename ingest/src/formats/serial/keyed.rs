@@ -346,7 +346,10 @@ impl Reading<'_> {
         let row = self.sheet.rows();
         let is_text = std::str::from_utf8(text).is_ok_and(|t| !t.chars().any(|c| c.is_control() && c != '\t'));
         if row == 0 && is_text {
-            self.before.add(row, line.number, text);
+            // A comment above the samples is meant to stand there.
+            if !text.starts_with(b"#") {
+                self.before.add(row, line.number, text);
+            }
             if self.metadata.len() < METADATA_MAX {
                 self.metadata.push(as_text(text));
             }

@@ -1,0 +1,252 @@
+//! One session: its runs on the bench, faults, files, `session.toml`, `truth.json`.
+
+use std::path::Path;
+
+use pneuval_ingest::IngestError;
+use pneuval_ingest::digest;
+use pneuval_ingest::error::suggestion;
+use pneuval_ingest::finding::FindingKind;
+use pneuval_ingest::formats::Format;
+
+use super::bench::{Bench, DeviceLog, RunSetting};
+use super::faults::{Asked, Fault, FaultRecord, Layout, Target, line_number, spoil_bytes, spoil_log};
+use super::files::{LogFile, column_of};
+use super::manifests::{RunFiles, SessionText, follows};
+use super::random::Normal;
+use super::record::{FileRecord, RunRecord, TruthRecord, points};
+use super::states::Group;
+use super::{Prepared, Rehearsal, Sink, Written};
+
+/// The share of the pressure that a leak costs, and the share of the run after which it begins.
+const LEAK: (f64, f64) = (0.15, 0.4);
+
+/// Clock faults: s, and s per s.
+const CLOCK_OFFSET_S: f64 = 0.25;
+const CLOCK_DRIFT: f64 = 2000e-6;
+
+/// A session that is written.
+pub(super) struct Session<'a> {
+    pub rehearsal: &'a Rehearsal,
+    pub bench: Bench<'a>,
+    pub prepared: &'a Prepared,
+    /// Its id.
+    pub id: &'a str,
+    /// Its folder, with a `/` behind it, or nothing.
+    pub folder: &'a str,
+    /// Which specimen, from zero, and what it makes of every deflection.
+    pub specimen: usize,
+    pub factor: f64,
+}
+
+/// A fault on its way into files.
+struct Hit {
+    fault: Fault,
+    target: Target,
+    record: FaultRecord,
+}
+
+/// What has been written so far.
+struct Progress {
+    record: TruthRecord,
+    runs: Vec<RunFiles>,
+    /// The files of the first run.
+    files: Vec<LogFile>,
+    samples: usize,
+    run_s: f64,
+}
+
+impl Session<'_> {
+    /// Writes it.
+    pub fn write(&self, sink: Sink) -> Result<Written, IngestError> {
+        let Self { rehearsal, bench, prepared, id, folder, .. } = self;
+        let (plan, sitting, request) = (bench.plan, bench.sitting, &rehearsal.request);
+        let ids = run_ids(&prepared.groups, request.repeats);
+        let asked = self.asked(&ids)?;
+        let mut progress = Progress {
+            record: TruthRecord::new(plan, id, request.seed, self.factor),
+            runs: vec![],
+            files: vec![],
+            samples: 0,
+            run_s: 0.0,
+        };
+        let groups = (0..request.repeats).flat_map(|_| &prepared.groups);
+        for (run, group) in ids.iter().zip(groups) {
+            let here: Vec<&Asked> = asked.iter().filter(|asked| asked.run.as_ref() == Some(run)).collect();
+            self.run(run, group, &here, &mut progress, sink)?;
+        }
+        let serial = format!("rehearsed-{}", self.specimen + 1);
+        let note = rehearsal.note();
+        let text = SessionText {
+            plan,
+            sitting,
+            id,
+            serial: &serial,
+            note: &note,
+            devices: &progress.files,
+            runs: &progress.runs,
+            has_one_clock: !request.own_clocks,
+        };
+        sink(&format!("{folder}session.toml"), text.write().as_bytes())?;
+        let mut json = serde_json::to_string_pretty(&progress.record)
+            .map_err(|source| IngestError::write(Path::new("truth.json"), source.into()))?;
+        json.push('\n');
+        sink(&format!("{folder}truth.json"), json.as_bytes())?;
+        Ok(Written {
+            id: (*id).to_owned(),
+            folder: folder.trim_end_matches('/').to_owned(),
+            runs: progress.runs.len(),
+            samples: progress.samples,
+            run_s: progress.run_s,
+            faults: progress.record.faults,
+        })
+    }
+
+    /// Runs once, and writes the files.
+    fn run(
+        &self,
+        run: &str,
+        group: &Group,
+        asked: &[&Asked],
+        progress: &mut Progress,
+        sink: Sink,
+    ) -> Result<(), IngestError> {
+        let (plan, sitting) = (self.bench.plan, self.bench.sitting);
+        let timeline = sitting.programme.timeline(&group.states);
+        progress.run_s = progress.run_s.max(timeline.end_s);
+        progress.record.triggers_s.clone_from(&timeline.triggers_s);
+        let has_leak = asked.iter().any(|asked| asked.fault == Fault::Leak);
+        // Of several walls each is a specimen of its own; the others do not tire it.
+        let cycles = progress.runs.len() / self.prepared.groups.len() * sitting.programme.cycles;
+        let setting = RunSetting {
+            id: run,
+            sitting: self.id,
+            factor: self.factor,
+            cycles_before: plan.specimen.cycles_before + cycles as u64,
+            leak: has_leak.then_some((LEAK.1 * timeline.end_s, LEAK.0)),
+        };
+        let mut log = self.bench.run(&timeline, &setting);
+        let mut hits = Vec::new();
+        for asked in asked {
+            hits.push(self.hit_log(asked, run, &mut log.devices)?);
+        }
+        let files = LogFile::of_run(plan, &log.devices);
+        let (mut names, mut records) = (Vec::new(), Vec::new());
+        for file in &files {
+            let name = file.name(run, files.len() == 1);
+            let mut bytes = file.bytes(&self.rehearsal.note(), self.rehearsal.request.bag)?;
+            for hit in hits.iter_mut().filter(|hit| file.devices.contains(&hit.target.device)) {
+                self.hit_file(hit, file, &name, &mut bytes);
+            }
+            sink(&format!("{}{name}", self.folder), &bytes)?;
+            progress.samples += file.tables.iter().map(|table| table.rows).sum::<usize>();
+            let samples = file.devices.iter().zip(&file.tables);
+            let samples = samples.map(|(device, table)| (plan.devices[*device].id.clone(), table.rows)).collect();
+            let sha256 = digest::sha256(&bytes);
+            records.push(FileRecord { name: name.clone(), format: file.format.id(), sha256, samples });
+            names.push(name);
+        }
+        progress.record.faults.extend(hits.into_iter().map(|hit| hit.record));
+        let points = points(sitting, &log);
+        progress.record.runs.push(RunRecord { id: run.to_owned(), files: records, points });
+        progress.runs.push(RunFiles { id: run.to_owned(), files: names });
+        if progress.files.is_empty() {
+            progress.files = files;
+        }
+        Ok(())
+    }
+
+    /// The faults that are asked for, each with its run.
+    fn asked(&self, runs: &[String]) -> Result<Vec<Asked>, IngestError> {
+        let with_run = |asked: &Asked| {
+            let mut asked = asked.clone();
+            if let Some(run) = asked.run.as_ref().filter(|run| !runs.contains(run)) {
+                let next = suggestion(run, runs.iter().map(String::as_str));
+                let item = format!("fault `{}`", asked.name);
+                return Err(self.rehearsal.malformed(None, &item, "a run of the session", &format!("`{run}`"), &next));
+            }
+            asked.run = asked.run.or_else(|| runs.get(1).or(runs.first()).cloned());
+            Ok(asked)
+        };
+        self.rehearsal.request.faults.iter().map(with_run).collect()
+    }
+
+    /// A fault of what is logged; one of bytes is only aimed.
+    fn hit_log(&self, asked: &Asked, run: &str, logs: &mut [DeviceLog]) -> Result<Hit, IngestError> {
+        let plan = self.bench.plan;
+        let wrong = |found: &str| {
+            let item = format!("fault `{}`", asked.name);
+            let next = "name another channel, NAME@CHANNEL, another fault, or another --format";
+            self.rehearsal.malformed(None, &item, "something that it can hit", found, next)
+        };
+        let target = asked.fault.target(asked.channel.as_deref(), &self.bench).map_err(|found| wrong(&found))?;
+        let device = &plan.devices[target.device];
+        let channel = target.channel.map(|channel| &plan.channels[channel]);
+        let instrument = channel.and_then(|channel| self.bench.rig.instruments.get(channel.instrument.as_ref()?));
+        let is_ranged = instrument.is_some_and(|i| i.range.is_some() || i.valid.is_some());
+        let follows = channel.is_some_and(|channel| follows(plan, channel).is_some());
+        let expected = asked.fault.expected(device.format, follows, is_ranged).map_err(wrong)?;
+        let Some(log) = logs.iter_mut().find(|log| log.device == target.device) else {
+            return Err(wrong("a device that logs nothing"));
+        };
+        let rows = log.stamps_s.len();
+        let mut noise = Normal::new(self.bench.seed, &format!("{run} fault {}", asked.name));
+        let hit = spoil_log(asked.fault, &target, plan, log, &mut noise).map_err(|found| wrong(&found))?;
+        let samples = match asked.fault {
+            // As the regulator loses the pressure.
+            Fault::Leak => (log.true_s.partition_point(|t| *t < LEAK.1 * log.true_s[rows - 1]) + 1, rows),
+            Fault::ClockOffset | Fault::ClockDrift => {
+                let (offset, drift) =
+                    if asked.fault == Fault::ClockOffset { (CLOCK_OFFSET_S, 0.0) } else { (0.0, CLOCK_DRIFT) };
+                for stamp in &mut log.stamps_s {
+                    *stamp = ((offset + *stamp * (1.0 + drift)) * 1e6).round() / 1e6;
+                }
+                (1, rows)
+            }
+            _ => hit.unwrap_or((1, rows)),
+        };
+        let record = FaultRecord {
+            fault: asked.name,
+            run: run.to_owned(),
+            file: String::new(),
+            device: device.id.clone(),
+            channel: channel.map(|channel| channel.id.clone()),
+            samples,
+            lines: None,
+            expected: expected.into_iter().map(FindingKind::id).collect(),
+        };
+        Ok(Hit { fault: asked.fault, target, record })
+    }
+
+    /// A fault of bytes, and where each fault lies in a file.
+    fn hit_file(&self, hit: &mut Hit, file: &LogFile, name: &str, bytes: &mut Vec<u8>) {
+        name.clone_into(&mut hit.record.file);
+        let Some(index) = file.devices.iter().position(|device| *device == hit.target.device) else { return };
+        let table = &file.tables[index];
+        let channel = hit.target.channel.map(|channel| &self.bench.plan.channels[channel]);
+        let column = channel.map(|channel| column_of(file.format, &channel.shows, &channel.id));
+        let column = column
+            .as_deref()
+            .and_then(|name| Some((table.columns.iter().position(|column| column.name == name)?, name)));
+        let layout = Layout { format: file.format, rows: table.rows, column };
+        if let Some(samples) = spoil_bytes(hit.fault, &layout, bytes) {
+            hit.record.samples = samples;
+        }
+        let has_lines = !matches!(file.format, Format::Mcap | Format::Tdms);
+        if has_lines && hit.fault != Fault::Truncated {
+            let (first, last) = hit.record.samples;
+            // A trailer is the line behind the last sample.
+            let behind = usize::from(hit.fault == Fault::Trailer);
+            let line = |sample: usize| line_number(bytes, table.rows + behind, sample - 1 + behind);
+            hit.record.lines = line(first).zip(line(last));
+        }
+    }
+}
+
+/// Ids of runs: every group once, then again.
+fn run_ids(groups: &[Group], repeats: usize) -> Vec<String> {
+    let id = |repeat: usize, group: &Group| match group.name.as_str() {
+        "" => format!("run-{repeat}"),
+        name => format!("{name}-{repeat}"),
+    };
+    (1..=repeats).flat_map(|repeat| groups.iter().map(move |group| id(repeat, group))).collect()
+}
