@@ -169,7 +169,18 @@ fn table(plan: &Plan, log: &DeviceLog) -> Table {
     if device.format == Format::Mcap {
         clock = Some(1);
     }
-    Table { name, schema: None, columns, rows, lines: LineMap::default(), clock, decimal: Decimal::Point }
+    // Tools find a definition by its name: no two devices may share one.
+    let schema = (device.format == Format::Mcap).then(|| format!("pneuval_msgs/msg/{}", type_name(&device.id)));
+    Table { name, schema, columns, rows, lines: LineMap::default(), clock, decimal: Decimal::Point }
+}
+
+/// An id as ROS names types: `force-gauge` is `ForceGauge`.
+fn type_name(id: &str) -> String {
+    let capital = |word: &str| {
+        let mut letters = word.chars();
+        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    };
+    format!("Of{}", id.split(|c: char| !c.is_ascii_alphanumeric()).map(capital).collect::<String>())
 }
 
 /// The record of a trakSTAR: one sensor, position and angles, time and quality. What no channel shows stands still.
