@@ -201,7 +201,7 @@ fn run(run: &Run) -> RunRecord {
     let rate_hz = stamps.filter_map(rate_hz).max_by(f64::total_cmp);
     RunRecord {
         id: run.id.clone(),
-        file: run.file.clone(),
+        file: run.files.join(", "),
         samples: run.samples(),
         span_s: (last > first).then_some(last - first),
         rate_hz,
@@ -213,11 +213,13 @@ fn channel(session: &Session, spec: &ChannelSpec) -> ChannelRecord {
         ColumnRef::Name(name) => format!("column `{name}`"),
         ColumnRef::Number(number) => format!("column {number}"),
     };
-    let mut source = column;
+    let mut source = spec.device.as_ref().map_or(column.clone(), |device| format!("{column} of {device}"));
     if spec.commanded {
         source += ", commanded";
     }
-    if matches!(&session.manifest.clock, Some(ClockSpec::Rate(_))) {
+    let device = spec.device.as_ref().and_then(|id| session.manifest.device(id));
+    let clock = device.map_or(&session.manifest.clock, |device| &device.clock);
+    if matches!(clock, Some(ClockSpec::Rate(_))) {
         source += ", at the stated rate";
     }
     let instrument = spec.instrument.as_ref().and_then(|id| session.rig.as_ref()?.instruments.get(id)).map(|i| {

@@ -57,6 +57,8 @@ pub struct Column {
     pub summary: Summary,
     /// The same of a column that is, or seems to be, a clock.
     pub clock: Option<ClockSummary>,
+    /// Whether its numbers are seconds since the [`origin`](Recording::origin).
+    pub is_dated: bool,
 }
 
 /// The cells of a column.
@@ -109,7 +111,8 @@ impl Column {
         if let Cells::Numbers(numbers) = &cells {
             watch.block(numbers);
         }
-        Self { name: name.to_owned(), unit: unit.map(str::to_owned), cells, summary: watch.finish(), clock: None }
+        let (name, unit) = (name.to_owned(), unit.map(str::to_owned));
+        Self { name, unit, cells, summary: watch.finish(), clock: None, is_dated: false }
     }
 
     /// Whether it was watched as a clock and its stamps go forward.
@@ -205,6 +208,9 @@ pub enum ClockUnit {
     Guessed,
 }
 
+/// 2014 to 2036, in s since 1970: a stamp so large counts from there.
+pub const OUR_DAYS: std::ops::Range<f64> = 1.4e9..2.1e9;
+
 /// The unit of stamps that state none, from one of them and the usual step: what counts from 1970 to our days tells its unit, and else
 /// steps of one and more are milliseconds, for rigs log faster than once a second.
 ///
@@ -216,8 +222,6 @@ pub enum ClockUnit {
 /// assert_eq!(guessed_unit(1.79e18, 1e7).symbol, "ns");
 /// ```
 pub fn guessed_unit(stamp: f64, step: f64) -> Unit {
-    /// 2014 to 2036, in s.
-    const OUR_DAYS: std::ops::Range<f64> = 1.4e9..2.1e9;
     let since_1970 = |unit: &Unit| OUR_DAYS.contains(&unit.to_si(stamp));
     let units = [Unit::SECOND, Unit::MILLISECOND, Unit::MICROSECOND, Unit::NANOSECOND];
     let by_step = if step >= 1.0 { Unit::MILLISECOND } else { Unit::SECOND };
@@ -248,6 +252,7 @@ pub struct Builder {
     watch: Watch,
     /// Of a clock.
     clock: Option<(ClockUnit, ClockWatch)>,
+    is_dated: bool,
 }
 
 /// Numbers watched at once.
@@ -262,6 +267,11 @@ impl Builder {
     /// An empty column of stamps, watched as a clock.
     pub fn clock(keep: bool, unit: ClockUnit) -> Self {
         Self { keep, clock: Some((unit, ClockWatch::default())), ..Self::default() }
+    }
+
+    /// Says that the numbers are seconds since the recording's origin.
+    pub fn date(&mut self) {
+        self.is_dated = true;
     }
 
     /// Adds a number; NaN is a hole.
@@ -331,6 +341,6 @@ impl Builder {
         self.watch(self.values.len() - self.watched);
         let cells = if self.keep { Cells::Numbers(self.values) } else { Cells::NotKept };
         let clock = self.clock.map(|(_, clock)| clock.finish());
-        Column { name, unit, cells, summary: self.watch.finish(), clock }
+        Column { name, unit, cells, summary: self.watch.finish(), clock, is_dated: self.is_dated }
     }
 }

@@ -1,6 +1,7 @@
 //! A measured quantity against gauge pressure: where published tables and raw sessions meet.
 
 mod plateaus;
+mod readings;
 mod session;
 
 pub use session::{Census, POINTS_MAX};

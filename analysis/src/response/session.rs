@@ -15,9 +15,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use pneuval_ingest::manifest::{Condition, PointRule, ResponseSpec};
 use pneuval_ingest::number::Printed;
-use pneuval_ingest::session::{Run, Session, Stream};
+use pneuval_ingest::session::Session;
 
-use super::plateaus::plateaus;
+use super::readings::{Needed, Reading, SETTING_SHARE};
 use super::{IntervalKind, Response, ResponsePoint};
 use crate::verdict::Basis;
 
@@ -30,61 +30,16 @@ const ZERO_SHARE: f64 = 0.005;
 /// So near zero, as a share of the largest, a pressure is what rounding leaves of a difference, and is zero.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Measured conditions so near each other, as a share of the largest, are one setting.
-const SETTING_SHARE: f64 = 0.01;
-
-/// A point of one run, before repeats meet.
-struct Reading {
-    /// Index of the run.
-    run: usize,
-    line: usize,
-    pressures: Vec<f64>,
-    conditions: Vec<f64>,
-    /// A component without a number makes the reading a hole, which still takes its turn.
-    measured: Vec<f64>,
-}
-
-/// What became of the samples of a session on their way to points.
+/// What became of the samples of a session on their way to points. A sample is one of a stream; where the channels of a response come
+/// from several, those of all of them are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Census {
     /// Samples of the runs.
     pub samples: usize,
-    /// Samples with a hole in one of the channels needed, or without a stamp that counts.
+    /// Samples with a hole in one of the channels needed of their stream, or without a stamp that counts.
     pub holes: usize,
-    /// Samples that lie in a point.
+    /// Samples that lie in a point: on a stream beside that of the pressures, those stamped within the window of a plateau.
     pub used: usize,
-}
-
-/// The channels of a run that a response needs.
-struct Needed<'a> {
-    /// Their clock.
-    stream: &'a Stream,
-    pressures: Vec<&'a [f64]>,
-    conditions: Vec<&'a [f64]>,
-    measured: Vec<&'a [f64]>,
-}
-
-impl<'a> Needed<'a> {
-    fn of(run: &'a Run, spec: &ResponseSpec) -> Option<Self> {
-        let values = |id: &String| run.channels.get(id).map(|c| c.values_si.as_slice());
-        Some(Self {
-            stream: run.stream_of(spec.channels())?,
-            pressures: spec.pressure.iter().map(|(id, _)| values(id)).collect::<Option<_>>()?,
-            conditions: spec.conditions.iter().map(|c| values(&c.channel)).collect::<Option<_>>()?,
-            measured: spec.measured.iter().map(values).collect::<Option<_>>()?,
-        })
-    }
-
-    /// Whether the state of a sample is known: its stamp counts, and pressures and conditions are numbers.
-    fn is_state(&self, i: usize) -> bool {
-        let stamped = self.stream.seconds.as_ref().is_none_or(|seconds| seconds[i].is_finite());
-        stamped && self.pressures.iter().chain(&self.conditions).all(|c| c[i].is_finite())
-    }
-
-    /// Whether it is measured too.
-    fn is_whole(&self, i: usize) -> bool {
-        self.is_state(i) && self.measured.iter().all(|c| c[i].is_finite())
-    }
 }
 
 impl Response {
@@ -94,11 +49,10 @@ impl Response {
     /// The number of readings, if they are more than [`POINTS_MAX`] per run.
     pub fn from_session(session: &Session, spec: &ResponseSpec) -> Result<(Self, Census), usize> {
         let (names, runs): (Vec<&str>, Vec<Needed>) =
-            session.runs.iter().filter_map(|run| Some((run.id.as_str(), Needed::of(run, spec)?))).unzip();
+            session.runs.iter().filter_map(|run| Some((run.id.as_str(), Needed::of(session, run, spec)?))).unzip();
         let mut census = Census::default();
         for needed in &runs {
-            census.samples += needed.stream.samples;
-            census.holes += (0..needed.stream.samples).filter(|&i| !needed.is_whole(i)).count();
+            needed.count(&mut census);
         }
         let states = census.samples - census.holes;
         if matches!(spec.points, PointRule::Samples { .. }) && states > POINTS_MAX * runs.len().max(1) {
@@ -106,7 +60,7 @@ impl Response {
         }
         let mut readings = Vec::new();
         for (i, needed) in runs.iter().enumerate() {
-            readings.extend(read(i, needed, spec, &mut census));
+            readings.extend(needed.read(i, spec, &mut census));
         }
         let largest = readings.iter().flat_map(|r| &r.pressures).map(|p| p.abs()).fold(0.0, f64::max);
         for pressure in readings.iter_mut().flat_map(|r| &mut r.pressures) {
@@ -168,42 +122,6 @@ fn conditions(session: &Session, spec: &ResponseSpec) -> Vec<Condition> {
 fn std_of(session: &Session, spec: &ResponseSpec) -> Vec<Option<f64>> {
     let channel = |id: &String| session.runs.iter().find_map(|run| run.channels.get(id));
     spec.measured.iter().map(|id| channel(id).and_then(|c| c.std_si)).collect()
-}
-
-/// The readings of one run.
-fn read(run: usize, needed: &Needed, spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
-    let samples = needed.stream.samples;
-    let stretches: Vec<Vec<usize>> = match spec.points {
-        PointRule::Samples { .. } => (0..samples).filter(|&i| needed.is_state(i)).map(|i| vec![i]).collect(),
-        PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
-            let Some(seconds) = &needed.stream.seconds else { return vec![] };
-            let usable: Vec<usize> = (0..samples).filter(|&i| needed.is_whole(i)).collect();
-            let mut steady: Vec<(&[f64], f64)> = needed.pressures.iter().map(|p| (*p, tolerance_pa)).collect();
-            steady.extend(needed.conditions.iter().map(|c| (*c, SETTING_SHARE * largest(c))));
-            plateaus(&usable, seconds, &steady, hold_s, window_s)
-        }
-    };
-    let mean = |channels: &[&[f64]], rows: &[usize]| -> Vec<f64> {
-        channels.iter().map(|c| rows.iter().map(|&i| c[i]).sum::<f64>() / rows.len() as f64).collect()
-    };
-    let mut readings = Vec::with_capacity(stretches.len());
-    for rows in stretches {
-        let Some(&first) = rows.first() else { continue };
-        census.used += rows.iter().filter(|&&i| needed.is_whole(i)).count();
-        readings.push(Reading {
-            run,
-            line: needed.stream.lines.line_of(first),
-            pressures: mean(&needed.pressures, &rows),
-            conditions: mean(&needed.conditions, &rows),
-            measured: mean(&needed.measured, &rows),
-        });
-    }
-    readings
-}
-
-/// The largest size among finite values.
-fn largest(values: &[f64]) -> f64 {
-    values.iter().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
 /// Readings at equal pressures and conditions.

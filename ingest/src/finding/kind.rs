@@ -123,6 +123,8 @@ kinds! {
     Rounded = "rounded",
     /// Counts of a converter, and no scale for them.
     Unscaled = "unscaled",
+    /// Seconds were added to stamps, so that the files of a run count from one instant.
+    ClockShift = "clock-shift",
     /// A clock without a date, in a file whose other clocks have one.
     NoDate = "no-date",
 }

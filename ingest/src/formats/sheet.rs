@@ -94,6 +94,13 @@ impl<'a> Sheet<'a> {
         self.column(name, unit, is_expected, Some(f64::NAN))
     }
 
+    /// Says that the numbers of a column are seconds since the recording's origin.
+    pub fn date(&mut self, column: usize) {
+        if let Some(making) = self.columns.get_mut(column) {
+            making.numbers.date();
+        }
+    }
+
     /// Adds a column of marks: rows without one, those before it too, hold 0.
     pub fn marks(&mut self, name: &str) -> Result<usize, IngestError> {
         self.column(name, None, false, Some(0.0))

@@ -10,6 +10,7 @@
 //! Files are read one after the other, each with the columns that the session asks for and no others; [`Session::load`] keeps the
 //! runs of all of them, [`FileRuns::read`] gives those of one.
 
+mod bases;
 mod derive;
 mod log;
 mod reader;
@@ -17,13 +18,15 @@ mod tell;
 
 use std::collections::BTreeMap;
 
+pub(crate) use bases::Bases;
 use log::{Log, columns_asked};
 use reader::Reader;
 
 use crate::error::{IngestError, Place};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity};
 use crate::formats;
-use crate::manifest::{FileDigest, PointRule, Rig, SessionManifest};
+use crate::formats::stamps::Epoch;
+use crate::manifest::{Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest};
 use crate::raw::RawFile;
 use crate::recording::Keep;
 use crate::units::{Dimension, Unit};
@@ -48,9 +51,9 @@ pub struct Session {
 pub struct Run {
     /// Its id.
     pub id: String,
-    /// Its log.
-    pub file: String,
-    /// Clocks: one for each table of the log that a channel comes from.
+    /// Its logs, as far as they could be used: its `file`, then those of devices.
+    pub files: Vec<String>,
+    /// Clocks: one for each table of a log that a channel comes from.
     pub streams: Vec<Stream>,
     /// Channels by id.
     pub channels: BTreeMap<String, Channel>,
@@ -59,10 +62,16 @@ pub struct Run {
 /// Samples that share a clock.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stream {
+    /// The device that logged it; `None`: it is of the run's `file`.
+    pub device: Option<String>,
     /// The table of the log: a topic, or empty.
     pub name: String,
     /// Time of each sample in s, if there is a clock; NaN where the stamp is no number or goes back.
     pub seconds: Option<Vec<f64>>,
+    /// The instant from which `seconds` count; `None`: from a zero that only the device knows.
+    pub epoch: Option<Epoch>,
+    /// What was added to the stamps of the file, in s, so that they count from there.
+    pub shift_s: f64,
     /// Line of the log of each sample; empty for files without lines.
     pub lines: LineMap,
     /// Samples.
@@ -96,6 +105,33 @@ impl Run {
         let first = streams.next()??;
         streams.all(|stream| stream == Some(first)).then(|| self.streams.get(first))?
     }
+
+    /// Adds what another file holds of the same run.
+    fn absorb(&mut self, other: Self) {
+        let streams = self.streams.len();
+        self.files.extend(other.files);
+        self.streams.extend(other.streams);
+        self.channels.extend(other.channels.into_iter().map(|(id, mut channel)| {
+            channel.stream += streams;
+            (id, channel)
+        }));
+    }
+}
+
+impl Stream {
+    /// What it is called in sentences: its device and its topic.
+    pub fn title(&self) -> String {
+        stream_title(self.device.as_deref(), &self.name)
+    }
+}
+
+pub(crate) fn stream_title(device: Option<&str>, topic: &str) -> String {
+    match (device, topic) {
+        (None, "") => "`file`".to_owned(),
+        (None, topic) => topic.to_owned(),
+        (Some(device), "") => device.to_owned(),
+        (Some(device), topic) => format!("{device} {topic}"),
+    }
 }
 
 /// Opens a file that a session names.
@@ -117,7 +153,13 @@ impl FileRuns {
     ///
     /// # Errors
     /// As [`Session::load`], for this file.
-    pub fn read(manifest: &SessionManifest, rig: Option<&Rig>, file: &str, raw: &RawFile) -> Result<Self, IngestError> {
+    pub fn read(
+        manifest: &SessionManifest,
+        rig: Option<&Rig>,
+        of: LogFile,
+        raw: &RawFile,
+    ) -> Result<Self, IngestError> {
+        let (file, manifest) = (of.name, &manifest.of_device(of.device));
         let reader = Reader { manifest, rig };
         let columns = columns_asked(manifest);
         let recording = formats::read(raw, &manifest.reader, Keep::Only(&columns))?;
@@ -138,7 +180,8 @@ impl FileRuns {
                 log.expect(reader.columns_of(&parts, &log)?);
             }
             let mut findings = Vec::new();
-            let run = reader.run(spec, &mut log, &parts, &mut findings)?;
+            let mut run = reader.run(spec, &mut log, &parts, &mut findings)?;
+            run.streams.iter_mut().for_each(|stream| stream.device = of.device.map(str::to_owned));
             runs.push((i, run, findings));
         }
         let mut findings: Vec<Finding> =
@@ -159,35 +202,49 @@ impl Session {
         let raws = open_files(&manifest, open)?;
         let (mut lost, mut of_files) = (Vec::new(), Vec::new());
         let mut runs: Vec<(usize, Run, Vec<Finding>)> = Vec::new();
-        let mut unusable = None;
-        for (file, raw) in &raws {
-            match FileRuns::read(&manifest, rig.as_ref(), &file.name, raw) {
+        let mut unusable = Vec::new();
+        let mut bases = Bases::new(&manifest);
+        for (log, (_, raw)) in manifest.logs().into_iter().zip(&raws) {
+            match FileRuns::read(&manifest, rig.as_ref(), log, raw) {
                 Ok(mut read) => {
+                    for (number, run, told) in &mut read.runs {
+                        bases.align(*number, run, told)?;
+                    }
                     runs.append(&mut read.runs);
                     of_files.append(&mut read.findings);
                 }
                 // One log that cannot be used does not take the others with it: it is lost, and told.
                 Err(error @ IngestError::Unusable { .. }) => {
-                    lost.push(unusable_file(&file.name, &error));
-                    unusable.get_or_insert(error);
+                    lost.push(unusable_file(log.name, &error));
+                    unusable.push((log.device.map(str::to_owned), error));
                 }
                 Err(error) => return Err(error),
             }
         }
+        // Of one run the `file` stays first.
         runs.sort_by_key(|(i, ..)| *i);
         let mut findings = lost;
-        let runs: Vec<Run> = runs
-            .into_iter()
-            .map(|(_, run, mut told)| {
-                findings.append(&mut told);
-                run
-            })
-            .collect();
+        let mut whole: Vec<(usize, Run)> = Vec::new();
+        for (i, run, mut told) in runs {
+            findings.append(&mut told);
+            match whole.last_mut().filter(|(last, _)| *last == i) {
+                Some((_, before)) => before.absorb(run),
+                None => whole.push((i, run)),
+            }
+        }
+        let runs = whole.into_iter().map(|(_, run)| run).collect();
         findings.append(&mut of_files);
         let files = raws.into_iter().map(|(file, _)| file).collect();
         let session = Self { manifest, rig, runs, files, findings };
-        if let Some(error) = unusable.filter(|_| session.runs.is_empty()) {
-            return Err(error);
+        // What a response needs and no file gives: the reason is that of the first file that should.
+        let none_has = |id: &str| session.runs.iter().all(|run| !run.channels.contains_key(id));
+        let missing = session.manifest.required().into_iter().find(|id| none_has(id));
+        let device = missing.and_then(|id| session.manifest.device_of(id));
+        let is_cause = |(of, _): &(Option<String>, IngestError)| of.as_deref() == device;
+        if (missing.is_some() || session.runs.is_empty())
+            && let Some(cause) = unusable.iter().position(is_cause)
+        {
+            return Err(unusable.swap_remove(cause).1);
         }
         session.check_responses()?;
         session.check_usable()?;
@@ -217,20 +274,13 @@ impl Session {
                     return Err(refused(expected, format!("unit `{}`", channel.unit.symbol), next));
                 }
             }
-            let ids = || response.channels();
-            if let Some(run) = self.runs.iter().find(|run| run.stream_of(ids()).is_none()) {
-                let name = |id: &str| {
-                    let stream = run.channels.get(id).and_then(|channel| run.streams.get(channel.stream));
-                    format!("`{id}` from {}", stream.map_or("", |stream| stream.name.as_str()))
-                };
-                let found = ids().map(name).collect::<Vec<_>>().join(", ");
-                let next = "channels of several topics are stored by `pneuval ingest`, but not set against each other: record them in one message, or log them together";
-                return Err(refused("channels that share one clock".to_owned(), found, next));
-            }
-            let clocked = |run: &Run| run.stream_of(ids()).is_none_or(|stream| stream.seconds.is_some());
-            if matches!(response.points, PointRule::Plateaus { .. }) && !self.runs.iter().all(clocked) {
-                let next = "add [clock] with `column` and `unit`, or with `rate`";
-                return Err(refused("a clock, to find plateaus by".to_owned(), "none".to_owned(), next));
+            for run in &self.runs {
+                // A run may lack the channels of a file that cannot be used: the response does without the run.
+                if response.channels().all(|id| run.channels.contains_key(id))
+                    && let Some((expected, found, next)) = clash(&self.manifest, response, run)
+                {
+                    return Err(refused(expected.to_owned(), found, next));
+                }
             }
         }
         Ok(())
@@ -262,6 +312,51 @@ impl Session {
     }
 }
 
+/// Why the channels of a response cannot be set against each other in a run: expected, found, next.
+fn clash(
+    manifest: &SessionManifest,
+    response: &ResponseSpec,
+    run: &Run,
+) -> Option<(&'static str, String, &'static str)> {
+    let stream = |id: &str| run.streams.get(run.channels.get(id)?.stream);
+    let named = |ids: &mut dyn Iterator<Item = &str>| {
+        let name = |id: &str| format!("`{id}` from {}", stream(id).map_or_else(String::new, Stream::title));
+        ids.map(name).collect::<Vec<_>>().join(", ")
+    };
+    let all = || named(&mut response.channels());
+    let is_one = run.stream_of(response.channels()).is_some();
+    match (response.points, manifest.clocks) {
+        (PointRule::Samples { .. }, Clocks::Unsaid) if !is_one => {
+            let next = "say from = \"plateaus\" in `points`, and clocks = \"one\" if one clock stamped them all; clocks of several \
+                        devices with zeros of their own cannot be set against each other yet";
+            return Some(("channels that share one clock", all(), next));
+        }
+        (PointRule::Samples { .. }, Clocks::One) if !is_one => {
+            let next = "say from = \"plateaus\" in `points`: the mean over a plateau needs no partners";
+            return Some(("channels of one table: samples of two have no partners", all(), next));
+        }
+        (PointRule::Plateaus { .. }, Clocks::Unsaid) if !is_one => {
+            let next = "add clocks = \"one\" if one clock stamped them all; clocks of several devices with zeros of their own cannot be \
+                        set against each other yet";
+            return Some(("channels that share one clock", all(), next));
+        }
+        (PointRule::Plateaus { .. }, _) if run.stream_of(response.state_channels()).is_none() => {
+            let next = "log them together, or make a response for each";
+            let found = named(&mut response.state_channels());
+            return Some(("pressures and conditions of one table, on which plateaus are found", found, next));
+        }
+        _ => {}
+    }
+    let bare = response.channels().filter_map(stream).find(|stream| stream.seconds.is_none());
+    let bare = bare.filter(|_| matches!(response.points, PointRule::Plateaus { .. }))?;
+    let found = if is_one { "none".to_owned() } else { format!("none in {}", bare.title()) };
+    let next = match bare.device {
+        None => "add [clock] with `column` and `unit`, or with `rate`",
+        Some(_) => "add `clock` to the device, with `column` and `unit`, or with `rate`",
+    };
+    Some(("a clock, to find plateaus by", found, next))
+}
+
 /// Opens every file of a session, each with its digest. Two logs of the same bytes are one log: they are no repeats.
 ///
 /// # Errors
@@ -271,16 +366,16 @@ pub fn open_files(
     open: OpenBeside,
 ) -> Result<Vec<(FileDigest, RawFile<'static>)>, IngestError> {
     let mut files: Vec<(FileDigest, RawFile)> = Vec::new();
-    for name in manifest.files() {
-        let raw = open(name)?;
-        files.push((FileDigest { name: name.to_owned(), sha256: raw.sha256()? }, raw));
+    let logs = manifest.logs();
+    for log in &logs {
+        let raw = open(log.name)?;
+        files.push((FileDigest { name: log.name.to_owned(), sha256: raw.sha256()? }, raw));
     }
-    for (i, (file, _)) in files.iter().enumerate() {
+    for (i, (log, (file, _))) in logs.iter().zip(&files).enumerate() {
         let Some((other, _)) = files[..i].iter().find(|(other, _)| other.sha256 == file.sha256) else { continue };
-        let line = manifest.runs.iter().find(|run| run.file == file.name).map_or(1, |run| run.line);
         let found = format!("{}, byte for byte {}", crate::error::shown(&file.name), crate::error::shown(&other.name));
         let next = "remove the run, or name its log".to_owned();
-        return Err(Reader { manifest, rig: None }.malformed(line, "a log of its own", &found, next));
+        return Err(Reader { manifest, rig: None }.malformed(log.line, "a log of its own", &found, next));
     }
     Ok(files)
 }

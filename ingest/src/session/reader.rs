@@ -6,10 +6,11 @@ use super::log::{ColumnId, Log, Part};
 use super::{Channel, Run, Stream, tell};
 use crate::error::{IngestError, Place, shown, suggestion};
 use crate::finding::{Finding, FindingKind, Severity, clock_findings, leave_forward};
+use crate::formats::stamps::Epoch;
 use crate::manifest::{
     ChannelSpec, ClockSpec, ColumnRef, Instrument, PressureReference, Rig, RunSpec, SessionManifest,
 };
-use crate::recording::Column;
+use crate::recording::{Column, OUR_DAYS};
 use crate::units::{Dimension, Unit};
 
 /// What every run of a session is read with.
@@ -25,6 +26,9 @@ struct Source<'a> {
     part: &'a Part,
     id: ColumnId,
 }
+
+/// Stamps in s, and the instant from which they count, if that is known.
+type Stamps = (Vec<f64>, Option<Epoch>);
 
 /// The clock of a table.
 struct Clock {
@@ -96,9 +100,10 @@ impl Reader<'_> {
     ) -> Result<Run, IngestError> {
         let mut streams = Vec::with_capacity(parts.len());
         for part in parts {
-            let seconds = self.seconds(spec, log, part, findings)?;
-            let name = log.table(part.table).name.clone();
-            streams.push(Stream { name, seconds, lines: part.lines.clone(), samples: part.samples() });
+            let (seconds, epoch) = self.seconds(spec, log, part, findings)?.unzip();
+            let (name, lines) = (log.table(part.table).name.clone(), part.lines.clone());
+            let epoch = epoch.flatten();
+            streams.push(Stream { device: None, name, seconds, epoch, shift_s: 0.0, lines, samples: part.samples() });
         }
         let mut channels = BTreeMap::new();
         for channel in &self.manifest.channels {
@@ -123,24 +128,25 @@ impl Reader<'_> {
             let channel = self.derive(derived, spec, &channels, &streams, findings)?;
             channels.insert(derived.id.clone(), channel);
         }
-        Ok(Run { id: spec.id.clone(), file: spec.file.clone(), streams, channels })
+        Ok(Run { id: spec.id.clone(), files: vec![spec.file.clone()], streams, channels })
     }
 
-    /// Time of the samples of a part: by the clock of the session, or else by the file's own.
+    /// Time of the samples of a part, by the clock of the session, or else by the file's own.
     fn seconds(
         &self,
         run: &RunSpec,
         log: &mut Log,
         part: &Part,
         findings: &mut Vec<Finding>,
-    ) -> Result<Option<Vec<f64>>, IngestError> {
+    ) -> Result<Option<Stamps>, IngestError> {
         if let Some(ClockSpec::Rate(rate)) = &self.manifest.clock {
-            return Ok(Some((0..part.samples()).map(|i| i as f64 / rate).collect()));
+            return Ok(Some(((0..part.samples()).map(|i| i as f64 / rate).collect(), None)));
         }
         let Some(Clock { column: id, unit, wrap_s, line }) = self.clock(log, part.table)? else { return Ok(None) };
         let unit = self.unit(unit, log.at(id), line)?;
         self.check(unit, Dimension::Time, line)?;
         let name = log.table(id.0).full_name(&log.at(id).name);
+        let is_dated = log.at(id).is_dated;
         let mut stamps = log.numbers(id, part, &run.id, findings);
         for stamp in &mut stamps {
             *stamp = unit.to_si(*stamp);
@@ -157,7 +163,13 @@ impl Reader<'_> {
         }
         findings.append(&mut odd);
         leave_forward(&mut stamps);
-        Ok(Some(stamps))
+        let epoch = if is_dated {
+            log.recording.origin.as_deref().and_then(Epoch::parse)
+        } else {
+            let first = stamps.iter().copied().find(|stamp| stamp.is_finite());
+            first.filter(|first| OUR_DAYS.contains(first)).map(|_| Epoch::UNIX)
+        };
+        Ok(Some((stamps, epoch)))
     }
 
     /// The column that is the clock of a table: what the session says, or else the file's own.

@@ -23,9 +23,9 @@ pub use record::{StoredChannel, StoredFile, StoredRun, StoredSession, StoredTabl
 use crate::IngestError;
 use crate::finding::rate_hz;
 use crate::limits;
-use crate::manifest::{FileDigest, Rig, SessionManifest};
+use crate::manifest::{FileDigest, LogFile, Rig, SessionManifest};
 use crate::raw::RawFile;
-use crate::session::{FileRuns, OpenBeside, Run, Stream, open_files, unusable_file};
+use crate::session::{Bases, FileRuns, OpenBeside, Run, Stream, open_files, unusable_file};
 
 /// The name of the record in a store.
 pub const RECORD: &str = "session.json";
@@ -47,7 +47,7 @@ pub struct Stored {
 /// Reads the files of a session that the store does not hold yet, and stores them; one file is in memory at a time.
 ///
 /// A file is read again if its bytes, the manifest, the rig or the version of this program have changed, or if what the store holds
-/// of it is damaged.
+/// of it is damaged; and a file of a device, if its stamps stand on the time base of a file beside it that is now another.
 ///
 /// # Errors
 /// As [`crate::session::Session::load`], with nothing stored; [`IngestError::Write`] where the store cannot be written.
@@ -81,20 +81,29 @@ fn store(
     let mut names = BTreeSet::new();
     let (mut files, mut read, mut unchanged) = (Vec::new(), Vec::new(), Vec::new());
     let mut unusable = None;
-    for (digest, raw) in raws {
+    let mut bases = Bases::new(manifest);
+    for (log, (digest, raw)) in manifest.logs().into_iter().zip(raws) {
         let kept = before.and_then(|before| before.file(digest)).filter(|file| file.is_whole(root));
-        if let Some(file) = kept {
+        if let Some(file) = kept.filter(|file| is_on_base(file, &bases) && has_free_names(file, &names)) {
             names.extend(file.tables().map(|table| table.file.clone()));
+            for (number, table) in stamped(file) {
+                bases.know(number, table.counts_from.as_deref(), file.title(table));
+            }
             unchanged.push(digest.name.clone());
             files.push(file.clone());
             continue;
         }
         read.push(digest.name.clone());
-        match FileRuns::read(manifest, rig, &digest.name, raw) {
-            Ok(runs) => files.push(write_file(digest, raw.len(), runs, staging.path(), &mut names)?),
+        match FileRuns::read(manifest, rig, log, raw) {
+            Ok(mut runs) => {
+                for (number, run, told) in &mut runs.runs {
+                    bases.align(*number, run, told)?;
+                }
+                files.push(write_file(log, (digest, raw.len()), runs, staging.path(), &mut names)?);
+            }
             // One log that cannot be used does not take the others with it.
             Err(error @ IngestError::Unusable { .. }) => {
-                files.push(StoredFile::unusable(digest, raw.len(), unusable_file(&digest.name, &error)));
+                files.push(StoredFile::unusable(log, digest, raw.len(), unusable_file(&digest.name, &error)));
                 unusable.get_or_insert(error);
             }
             Err(error) => return Err(error),
@@ -108,10 +117,26 @@ fn store(
     Ok(Stored { record, read, unchanged })
 }
 
+/// Tables with a stamp, each with the number of its run.
+fn stamped(file: &StoredFile) -> impl Iterator<Item = (usize, &StoredTable)> {
+    let tables = file.runs.iter().flat_map(|run| run.tables.iter().map(|table| (run.number, table)));
+    tables.filter(|(_, table)| table.from_s.is_some())
+}
+
+/// Whether the stamps stored of a file stand on the time bases of its runs.
+fn is_on_base(file: &StoredFile, bases: &Bases) -> bool {
+    stamped(file).all(|(number, table)| bases.agrees(number, table.counts_from.as_deref(), table.shift_s))
+}
+
+/// Whether no file before it has got a name of its tables meanwhile.
+fn has_free_names(file: &StoredFile, names: &BTreeSet<String>) -> bool {
+    file.tables().all(|table| !names.iter().any(|taken| taken.eq_ignore_ascii_case(&table.file)))
+}
+
 /// Writes the tables of a file's runs into a folder.
 fn write_file(
-    digest: &FileDigest,
-    bytes: u64,
+    log: LogFile,
+    (digest, bytes): (&FileDigest, u64),
     read: FileRuns,
     folder: &Path,
     names: &mut BTreeSet<String>,
@@ -127,7 +152,8 @@ fn write_file(
         runs.push(StoredRun { id: run.id, number, tables });
     }
     findings.extend(of_rest);
-    Ok(StoredFile { name: digest.name.clone(), sha256: digest.sha256.clone(), bytes, origin, runs, findings })
+    let FileDigest { name, sha256 } = digest.clone();
+    Ok(StoredFile { name, device: log.device.map(str::to_owned), sha256, bytes, origin, runs, findings })
 }
 
 fn write_stream(
@@ -162,7 +188,7 @@ fn write_stream(
         });
         columns.push((column, &channel.values_si));
     }
-    let file = file_name(&run.id, &clock.name, names);
+    let file = file_name(&run.id, clock.device.as_deref().unwrap_or_default(), &clock.name, names);
     let path = folder.join(&file);
     write_table(&path, &columns)?;
     let sha256 = RawFile::open(&path, &file, u64::MAX)?.sha256()?;
@@ -176,6 +202,8 @@ fn write_stream(
         samples: clock.samples,
         from_s: first,
         to_s: last,
+        counts_from: clock.epoch.map(|epoch| epoch.to_string()),
+        shift_s: clock.shift_s,
         rate_hz: rate_hz(stamps),
         channels: stored,
     })
@@ -200,8 +228,8 @@ pub fn column_name(id: &str, si_unit: &str) -> String {
     }
 }
 
-/// A file name from a run's id and a topic, which people choose: letters, digits and few signs, every name once.
-fn file_name(run: &str, stream: &str, names: &mut BTreeSet<String>) -> String {
+/// A file name from a run's id, a device's and a topic, which people choose: letters, digits and few signs, every name once.
+fn file_name(run: &str, device: &str, stream: &str, names: &mut BTreeSet<String>) -> String {
     const LETTERS_MAX: usize = 100;
     let word = |text: &str| -> String {
         let signs = text.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' });
@@ -209,7 +237,11 @@ fn file_name(run: &str, stream: &str, names: &mut BTreeSet<String>) -> String {
     };
     // A run without an id of its own is called as its file is.
     let stem = Path::new(run).file_stem().map_or_else(|| run.to_owned(), |stem| stem.to_string_lossy().into_owned());
-    let base = [word(&stem), word(stream)].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(".");
+    let base = [word(&stem), word(device), word(stream)]
+        .into_iter()
+        .filter(|word| !word.is_empty())
+        .collect::<Vec<_>>()
+        .join(".");
     let base = if base.is_empty() { "run".to_owned() } else { base };
     let (mut name, mut copy) = (format!("{base}.parquet"), 1);
     // Names that differ in case only are one file on some systems.

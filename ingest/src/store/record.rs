@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::finding::Finding;
 use crate::limits;
-use crate::manifest::{FileDigest, Rig, SessionManifest};
+use crate::manifest::{FileDigest, LogFile, Rig, SessionManifest};
 use crate::raw::RawFile;
+use crate::session::stream_title;
 
 /// The version of `session.json`.
-const LAYOUT: u32 = 1;
+const LAYOUT: u32 = 2;
 
 /// The version of this program: another one may read files otherwise.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -43,6 +44,9 @@ pub struct StoredSession {
 pub struct StoredFile {
     /// Its name in the manifest.
     pub name: String,
+    /// The device that wrote it; `None`: it is the `file` of its runs.
+    #[serde(default)]
+    pub device: Option<String>,
     /// Its SHA-256.
     pub sha256: String,
     /// Its length.
@@ -83,6 +87,12 @@ pub struct StoredTable {
     pub from_s: Option<f64>,
     /// The last stamp in s.
     pub to_s: Option<f64>,
+    /// The instant from which the stamps count, where it is known; `None` without a clock, and for a zero that only the device knows.
+    #[serde(default)]
+    pub counts_from: Option<String>,
+    /// What was added to the stamps of the file, in s, so that all of the run count from there.
+    #[serde(default)]
+    pub shift_s: f64,
     /// The usual rate in Hz.
     pub rate_hz: Option<f64>,
     /// Its channels, each a column.
@@ -158,9 +168,15 @@ impl StoredSession {
 
 impl StoredFile {
     /// What is stored of a file that cannot be used: the reason.
-    pub(super) fn unusable(digest: &FileDigest, bytes: u64, finding: Finding) -> Self {
+    pub(super) fn unusable(log: LogFile, digest: &FileDigest, bytes: u64, finding: Finding) -> Self {
         let FileDigest { name, sha256 } = digest.clone();
-        Self { name, sha256, bytes, origin: None, runs: vec![], findings: vec![finding] }
+        let device = log.device.map(str::to_owned);
+        Self { name, device, sha256, bytes, origin: None, runs: vec![], findings: vec![finding] }
+    }
+
+    /// What a table of it is called in sentences.
+    pub(super) fn title(&self, table: &StoredTable) -> String {
+        stream_title(self.device.as_deref(), &table.stream)
     }
 
     /// The tables of its runs.

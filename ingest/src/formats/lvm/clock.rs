@@ -199,6 +199,11 @@ impl Clock {
         start
     }
 
+    /// Whether the X of every segment counts from one zero, as far as is known.
+    pub fn is_one(&self) -> bool {
+        self.foreign == 0
+    }
+
     /// Whether the date may be read two ways.
     pub fn is_open(&self) -> bool {
         matches!(self.origin, Origin::Local(start) if start.is_open)

@@ -110,7 +110,13 @@ fn read_in_pieces(raw: &RawFile, keep: Keep, chunk: usize) -> Result<Recording, 
     findings.extend(odd.finish(file));
     findings.extend(of_starts(file, &mut clock));
     findings.append(&mut of_cells);
+    let is_one_clock = clock.is_one();
     let (origin, of_clock) = clock.finish();
+    for table in tables.iter_mut().filter(|_| origin.is_some() && is_one_clock) {
+        if let Some(x) = table.clock.and_then(|clock| table.columns.get_mut(clock)) {
+            x.is_dated = true;
+        }
+    }
     reasons.extend(of_clock);
     Ok(Recording { format: "LabVIEW measurement file", tables, findings, reasons, metadata, origin })
 }

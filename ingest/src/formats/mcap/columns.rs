@@ -97,9 +97,11 @@ impl Columns {
     pub fn new(topic: &str, keep: Keep, budget: &mut Budget) -> Option<Self> {
         let mut columns = Self::empty(topic);
         for time in TIMES {
-            if columns.number(time, Some("s"), true, keep, budget) == Slot::None {
+            let slot = columns.number(time, Some("s"), true, keep, budget);
+            if slot == Slot::None {
                 return None;
             }
+            columns.date(slot);
         }
         // A field of a message may be called the same.
         columns.by_name.clear();
@@ -167,6 +169,15 @@ impl Columns {
             Slot::None
         };
         self.add(asked, name, unit, slot)
+    }
+
+    /// Says that a column holds instants: they count from the recording's origin.
+    pub fn date(&mut self, slot: Slot) {
+        if let Slot::Number(slot) = slot
+            && let Some(builder) = self.numbers.get_mut(slot)
+        {
+            builder.date();
+        }
     }
 
     /// The cells of the message at hand.
@@ -372,10 +383,10 @@ impl Columns {
             };
             match (builder, text) {
                 (Some(builder), _) => builder.finish(name, unit),
-                (None, Some(text)) => {
-                    Column { name, unit, cells: Cells::Text(text.cells), summary: Summary::default(), clock: None }
+                (None, text) => {
+                    let cells = text.map_or(Cells::NotKept, |text| Cells::Text(text.cells));
+                    Column { name, unit, cells, summary: Summary::default(), clock: None, is_dated: false }
                 }
-                (None, None) => Column { name, unit, cells: Cells::NotKept, summary: Summary::default(), clock: None },
             }
         };
         self.named.into_iter().map(column).collect()

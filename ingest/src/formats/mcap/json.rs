@@ -54,6 +54,9 @@ pub(super) fn put_time(path: &str, seconds: i64, nanoseconds: i64, instant: bool
     let from = if instant { target.origin_s } else { 0 };
     let ns = i128::from(seconds).saturating_sub(from.into()) * 1_000_000_000 + i128::from(nanoseconds);
     let slot = target.columns.number(path, Some("s"), is_stamp(path), target.keep, target.budget);
+    if instant {
+        target.columns.date(slot);
+    }
     target.columns.put(slot, ns as f64 / 1e9);
 }
 

@@ -374,6 +374,9 @@ impl<'c> Compiler<'c> {
                     } else {
                         Slot::None
                     };
+                    if instant {
+                        self.columns.date(slot);
+                    }
                     out.push(Op::Time { slot, instant });
                 } else {
                     self.message(&name, &spec, at, wanted, out)?;

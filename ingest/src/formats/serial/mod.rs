@@ -83,6 +83,7 @@ impl Terminal {
         match stamp {
             Some((seconds, true)) => {
                 let origin = *self.origin_s.get_or_insert(seconds.floor());
+                sheet.date(self.column);
                 sheet.put(self.column, seconds - origin);
             }
             // Times of day among dates: from where they count is open.

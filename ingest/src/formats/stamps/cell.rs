@@ -50,6 +50,14 @@ fn days_from_civil(year: i64, month: i64, day: i64) -> Option<i64> {
     if !(1900..2200).contains(&year) || !(1..=length).contains(&day) {
         return None;
     }
+    days_of(year, month, day)
+}
+
+/// The same of any year; the day is not checked.
+pub(super) fn days_of(year: i64, month: i64, day: i64) -> Option<i64> {
+    if !(-999_999..999_999).contains(&year) || !(1..=12).contains(&month) || !(1..=31).contains(&day) {
+        return None;
+    }
     let shifted = if month <= 2 { year - 1 } else { year };
     let era = shifted.div_euclid(400);
     let year_of_era = shifted.rem_euclid(400);

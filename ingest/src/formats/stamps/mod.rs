@@ -12,7 +12,7 @@ use crate::finding::{Finding, FindingKind, LineMap, Severity};
 use crate::recording::{Cells, Column, Recording, Table, full_name};
 use crate::watch::ClockWatch;
 
-use cell::{Date, NANOS_PER_DAY, NANOS_PER_SECOND, Stamp, one, rfc3339};
+use cell::{Date, NANOS_PER_DAY, NANOS_PER_SECOND, Stamp, days_of, one, rfc3339};
 
 /// A column of stamps as numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,13 +192,61 @@ pub(crate) fn rfc3339_second(seconds: i64, is_utc: bool) -> String {
     rfc3339(i128::from(seconds) * i128::from(NANOS_PER_SECOND), is_utc.then_some(0))
 }
 
+/// The instant from which stamps count, to the second.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Epoch {
+    /// Seconds since 1970, by the clock that wrote the stamps.
+    pub second: i64,
+    /// Whether that clock is UTC; else its zone is not stated.
+    pub is_utc: bool,
+}
+
+impl Epoch {
+    /// 1970 in UTC, from which computers count.
+    pub const UNIX: Self = Self { second: 0, is_utc: true };
+
+    /// An origin as a [`Recording`] states it; `None` for any other text.
+    ///
+    /// ```
+    /// use pneuval_ingest::formats::stamps::Epoch;
+    /// let epoch = Epoch::parse("2026-11-22T09:13:00Z").unwrap();
+    /// assert_eq!((epoch.second, epoch.is_utc), (1_795_338_780, true));
+    /// assert_eq!(epoch.to_string(), "2026-11-22T09:13:00Z");
+    /// assert_eq!(Epoch::parse("09:13:00"), None);
+    /// ```
+    pub fn parse(origin: &str) -> Option<Self> {
+        let (text, is_utc) = origin.strip_suffix('Z').map_or((origin, false), |text| (text, true));
+        let (date, time) = text.split_once('T')?;
+        let mut date = date.rsplitn(3, '-');
+        let mut time = time.split(':');
+        let mut of_date = || date.next()?.parse::<i64>().ok();
+        let (day, month, year) = (of_date()?, of_date()?, of_date()?);
+        let mut of_time = || time.next()?.parse::<i64>().ok().filter(|part| (0..60).contains(part));
+        let of_day = of_time()? * 3600 + of_time()? * 60 + of_time()?;
+        let second = days_of(year, month, day)? * (NANOS_PER_DAY / NANOS_PER_SECOND) + of_day;
+        let epoch = Self { second, is_utc };
+        (epoch.to_string() == origin).then_some(epoch)
+    }
+
+    /// Seconds from another instant to this one; `None` if one is UTC and of the other nobody knows the zone.
+    pub fn since(self, other: Self) -> Option<i64> {
+        (self.is_utc == other.is_utc).then(|| self.second.checked_sub(other.second))?
+    }
+}
+
+impl std::fmt::Display for Epoch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&rfc3339_second(self.second, self.is_utc))
+    }
+}
+
 /// Replaces the text columns of a recording that hold stamps by their seconds, and tells what is odd about them. All columns with a
 /// date count from one origin: the second of the first stamp of the first of them.
 ///
 /// A column of times of day beside a column of dates takes its date from there.
 pub fn with_stamps(file: &str, recording: &mut Recording) {
     let mut origin: Option<(i128, String)> = None;
-    let Recording { tables, findings, reasons, .. } = recording;
+    let Recording { tables, findings, reasons, origin: known, .. } = recording;
     for table in tables {
         for index in 0..table.columns.len() {
             let Some(cells) = stamp_cells(table, index) else { continue };
@@ -216,7 +264,13 @@ pub fn with_stamps(file: &str, recording: &mut Recording) {
             {
                 origin = Some((i128::from(days) * i128::from(NANOS_PER_DAY) + i128::from(time), text.clone()));
             }
+            // A file that has an origin of its own keeps it: what counts from another instant is not dated by it.
+            let is_dated =
+                stamps.origin.is_some() && known.as_ref().is_none_or(|known| stamps.origin.as_ref() == Some(known));
             take(file, table, index, stamps, findings, reasons);
+            if let Some(column) = table.columns.get_mut(index) {
+                column.is_dated = is_dated;
+            }
         }
     }
     if let Some((_, origin)) = origin {

@@ -177,7 +177,10 @@ impl Making<'_> {
             self.undated.push(full.clone());
         }
         self.findings.extend(tell::changes(self.file, &full, &axes.changes().collect::<Vec<_>>()));
-        let builder = times(axes, rows(channels), self.origin, self.keep.wants(name), is_time);
+        let mut builder = times(axes, rows(channels), self.origin, self.keep.wants(name), is_time);
+        if is_time && first.start.is_some() {
+            builder.date();
+        }
         Some(builder.finish(column, unit.map(str::to_owned)))
     }
 }

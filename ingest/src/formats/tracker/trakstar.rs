@@ -282,6 +282,7 @@ impl Tracked<'_> {
         self.sheet.set_unit_if_none(column, if number.is_some() && !is_absolute { None } else { Some("s") });
         if is_absolute {
             let origin = origin_s.unwrap_or(seconds.floor());
+            self.sheet.date(column);
             self.sheet.put(column, seconds - origin);
             return Some(origin);
         }

@@ -1,11 +1,13 @@
 //! `session.toml`: one sitting at a rig: which files, which column is which channel, what is measured against what.
 
+mod device;
 mod raw;
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+pub use device::{Clocks, DeviceSpec, LogFile};
 pub use raw::channel_id;
 use raw::{Raw, responses, runs};
 
@@ -52,6 +54,10 @@ pub struct SessionManifest {
     pub reader: Options,
     /// Where time comes from; without it the file's own clock counts, and where there is none, rows are states, not moments.
     pub clock: Option<ClockSpec>,
+    /// What logged beside the runs' `file`, in the order of the manifest.
+    pub devices: Vec<DeviceSpec>,
+    /// Whether the stamps of all files may be set against each other.
+    pub clocks: Clocks,
     /// Channels, in the order of the file.
     pub channels: Vec<ChannelSpec>,
     /// Channels computed from others.
@@ -117,6 +123,8 @@ pub enum PressureReference {
 pub struct ChannelSpec {
     /// Its id.
     pub id: String,
+    /// The device whose file holds it; absent: the run's `file`.
+    pub device: Option<String>,
     /// Which column.
     pub column: ColumnRef,
     /// Unit of what is logged; the instrument's or the file's where absent.
@@ -169,7 +177,9 @@ pub struct RunSpec {
     pub id: String,
     /// File inside the session's folder.
     pub file: String,
-    /// Rows of the file that belong to it: those with this text in this column.
+    /// The file of each device, inside the session's folder.
+    pub files: BTreeMap<String, String>,
+    /// Rows of `file` that belong to it: those with this text in this column.
     pub rows: Option<(ColumnRef, String)>,
     /// Atmospheric pressure, where a channel is absolute, in Pa.
     pub atmosphere_pa: Option<f64>,
@@ -201,6 +211,12 @@ pub struct ResponseSpec {
 }
 
 impl ResponseSpec {
+    /// The channels that say at which state something was measured: pressures and conditions.
+    pub fn state_channels(&self) -> impl Iterator<Item = &str> {
+        let pressures = self.pressure.iter().map(|(channel, _)| channel.as_str());
+        pressures.chain(self.conditions.iter().map(|condition| condition.channel.as_str()))
+    }
+
     /// The channels that it needs: pressures, what is measured, conditions.
     pub fn channels(&self) -> impl Iterator<Item = &str> {
         let pressures = self.pressure.iter().map(|(channel, _)| channel.as_str());
@@ -254,11 +270,12 @@ impl SessionManifest {
             return Err(document.malformed(raw.actuator.span(), "an actuator's id", shown(TO_FILL_IN), next));
         }
         let actuator = check_id(&document, &raw.actuator)?;
+        let devices = device::devices(&document, &raw.device)?;
         let mut ids: Vec<String> = Vec::new();
         let channels = raw
             .channel
             .iter()
-            .map(|channel| channel.checked(&document, &mut ids))
+            .map(|channel| channel.checked(&document, &devices, &mut ids))
             .collect::<Result<Vec<_>, IngestError>>()?;
         if let Some(channel) = channels.iter().find(|c| c.instrument.is_some())
             && raw.rig.is_none()
@@ -266,13 +283,15 @@ impl SessionManifest {
             let next = "add rig = \"…\", the id of a rig.toml here or above";
             return Err(document.malformed_at(channel.line, "key `rig` of the session", "nothing", next));
         }
+        device::check_used(&document, &devices, &channels, &raw.id)?;
         // Before derived ones are added: a zero is set at an instrument.
-        let runs = runs(&document, &raw.run, &raw.id, &ids)?;
+        let runs = runs(&document, &raw.run, &raw.id, &ids, &devices)?;
         let derived = raw
             .derived
             .iter()
             .map(|derived| derived.checked(&document, &mut ids))
             .collect::<Result<Vec<_>, IngestError>>()?;
+        device::check_derived(&document, &raw.derived, &channels, &derived)?;
         let responses = responses(&document, &raw.response, &ids)?;
         let comparable: Vec<Comparable> =
             responses.iter().map(|r| Comparable { quantity: &r.quantity.id, columns: vec![] }).collect();
@@ -292,6 +311,8 @@ impl SessionManifest {
             excluded_share_max: excluded.unwrap_or(EXCLUDED_SHARE_MAX),
             reader: raw.reader.options(&document)?,
             clock: raw.clock.as_ref().map(|clock| clock.get_ref().checked(&document, clock)).transpose()?,
+            devices,
+            clocks: raw.clocks,
             channels,
             derived,
             runs,
@@ -308,17 +329,6 @@ impl SessionManifest {
             Some(ClockSpec::Column { column, .. }) => Some(column),
             _ => None,
         }
-    }
-
-    /// The files of the runs, each once, in the order of the manifest.
-    pub fn files(&self) -> Vec<&str> {
-        let mut files: Vec<&str> = Vec::new();
-        for run in &self.runs {
-            if !files.contains(&run.file.as_str()) {
-                files.push(&run.file);
-            }
-        }
-        files
     }
 
     /// The channels that responses need, with those behind derived ones.

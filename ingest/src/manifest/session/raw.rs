@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::device::{self, Clocks, DeviceSpec, RawDevice};
 use super::{
     ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PointRule, PressureReference, ResponseSpec,
     RunSpec, Specimen, Stamp,
@@ -38,6 +39,10 @@ pub(super) struct Raw {
     #[serde(default)]
     pub reader: RawReader,
     pub clock: Option<Spanned<RawClock>>,
+    #[serde(default)]
+    pub clocks: Clocks,
+    #[serde(default)]
+    pub device: Vec<RawDevice>,
     #[serde(default)]
     pub channel: Vec<RawChannel>,
     #[serde(default)]
@@ -120,6 +125,7 @@ pub(super) struct RawClock {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawChannel {
     id: Spanned<String>,
+    device: Option<Spanned<String>>,
     column: Spanned<RawColumn>,
     unit: Option<Spanned<String>>,
     instrument: Option<String>,
@@ -134,7 +140,7 @@ pub(super) struct RawChannel {
 pub(super) struct RawDerived {
     id: Spanned<String>,
     rule: DerivedRule,
-    from: Spanned<Vec<String>>,
+    pub from: Spanned<Vec<String>>,
     unit: Spanned<String>,
 }
 
@@ -142,7 +148,9 @@ pub(super) struct RawDerived {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawRun {
     id: Option<Spanned<String>>,
-    file: Spanned<String>,
+    pub file: Spanned<String>,
+    #[serde(default)]
+    pub files: BTreeMap<Spanned<String>, Spanned<String>>,
     rows: Option<RawRows>,
     atmosphere: Option<Amount>,
     #[serde(default)]
@@ -327,7 +335,12 @@ pub fn channel_id(document: &Document, id: &Spanned<String>) -> Result<String, I
 }
 
 impl RawChannel {
-    pub fn checked(&self, document: &Document, ids: &mut Vec<String>) -> Result<ChannelSpec, IngestError> {
+    pub fn checked(
+        &self,
+        document: &Document,
+        devices: &[DeviceSpec],
+        ids: &mut Vec<String>,
+    ) -> Result<ChannelSpec, IngestError> {
         if let Some(samples) = &self.tare_samples
             && *samples.get_ref() == 0
         {
@@ -335,6 +348,7 @@ impl RawChannel {
         }
         Ok(ChannelSpec {
             id: new_id(document, &self.id, ids)?,
+            device: self.device.as_ref().map(|id| device::known(document, devices, id)).transpose()?,
             column: column(document, &self.column)?,
             unit: self.unit.as_ref().map(|unit| parse_unit(document, unit)).transpose()?,
             instrument: self.instrument.clone(),
@@ -375,10 +389,12 @@ pub(super) fn runs(
     raw: &[RawRun],
     session: &Spanned<String>,
     channels: &[String],
+    devices: &[DeviceSpec],
 ) -> Result<Vec<RunSpec>, IngestError> {
     if raw.is_empty() {
         return Err(document.malformed(session.span(), "at least one [[run]]", "none", "add a [[run]] with its file"));
     }
+    device::check_files(document, devices, raw)?;
     let mut ids: BTreeMap<String, usize> = BTreeMap::new();
     raw.iter()
         .map(|run| {
@@ -397,6 +413,7 @@ pub(super) fn runs(
             Ok(RunSpec {
                 id,
                 file: run.file.get_ref().clone(),
+                files: run.files.iter().map(|(id, file)| (id.get_ref().clone(), file.get_ref().clone())).collect(),
                 rows: run
                     .rows
                     .as_ref()

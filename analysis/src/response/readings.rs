@@ -1,0 +1,173 @@
+//! From the channels of one run to readings: at every sample, or over every plateau.
+//!
+//! Plateaus are found on the stream of the pressures. What is measured may stand on other streams, if one clock stamped them all: its
+//! reading is then the mean of its own samples that are stamped within the plateau's window, from the first to the last sample of the
+//! window, both included. Nothing is interpolated; a window without a sample is a hole.
+
+use pneuval_ingest::manifest::{Clocks, PointRule, ResponseSpec};
+use pneuval_ingest::session::{Run, Session, Stream};
+
+use super::plateaus::plateaus;
+use super::session::Census;
+
+/// Measured conditions so near each other, as a share of the largest, are one setting.
+pub(super) const SETTING_SHARE: f64 = 0.01;
+
+/// One instant, stamped twice, may differ by the roundings of two stamps and a shift: so many steps of a double.
+const STAMP_ROUNDINGS: f64 = 4.0;
+
+/// A point of one run, before repeats meet.
+pub(super) struct Reading {
+    /// Index of the run.
+    pub run: usize,
+    pub line: usize,
+    pub pressures: Vec<f64>,
+    pub conditions: Vec<f64>,
+    /// A component without a number makes the reading a hole, which still takes its turn.
+    pub measured: Vec<f64>,
+}
+
+/// The channels of a run that a response needs.
+pub(super) struct Needed<'a> {
+    /// Their streams, that of pressures and conditions first.
+    parts: Vec<Part<'a>>,
+    pressures: Vec<&'a [f64]>,
+    conditions: Vec<&'a [f64]>,
+    /// Each with the place of its stream among the parts.
+    measured: Vec<(usize, &'a [f64])>,
+}
+
+/// A stream, and every channel needed of it.
+struct Part<'a> {
+    stream: &'a Stream,
+    channels: Vec<&'a [f64]>,
+}
+
+impl Part<'_> {
+    fn is_stamped(&self, i: usize) -> bool {
+        self.stream.seconds.as_ref().is_none_or(|seconds| seconds[i].is_finite())
+    }
+
+    /// Whether the stamp of a sample counts and all that is needed of it are numbers.
+    fn is_whole(&self, i: usize) -> bool {
+        self.is_stamped(i) && self.channels.iter().all(|c| c[i].is_finite())
+    }
+
+    fn whole(&self) -> Vec<usize> {
+        (0..self.stream.samples).filter(|&i| self.is_whole(i)).collect()
+    }
+}
+
+impl<'a> Needed<'a> {
+    /// `None` if the run lacks a channel, or if its channels cannot be set against each other.
+    pub fn of(session: &Session, run: &'a Run, spec: &ResponseSpec) -> Option<Self> {
+        let is_one = run.stream_of(spec.channels()).is_some();
+        let may_differ = session.manifest.clocks == Clocks::One && matches!(spec.points, PointRule::Plateaus { .. });
+        if !is_one && !may_differ {
+            return None;
+        }
+        let first = run.stream_of(spec.state_channels())?;
+        let mut parts = vec![Part { stream: first, channels: vec![] }];
+        let mut take = |id: &str| -> Option<(usize, &'a [f64])> {
+            let channel = run.channels.get(id)?;
+            let stream = run.streams.get(channel.stream)?;
+            let at = parts.iter().position(|part| std::ptr::eq(part.stream, stream)).unwrap_or(parts.len());
+            if at == parts.len() {
+                parts.push(Part { stream, channels: vec![] });
+            }
+            parts[at].channels.push(&channel.values_si);
+            Some((at, channel.values_si.as_slice()))
+        };
+        let pressures = spec.pressure.iter().map(|(id, _)| Some(take(id)?.1)).collect::<Option<_>>()?;
+        let conditions = spec.conditions.iter().map(|c| Some(take(&c.channel)?.1)).collect::<Option<_>>()?;
+        let measured = spec.measured.iter().map(|id| take(id)).collect::<Option<_>>()?;
+        Some(Self { parts, pressures, conditions, measured })
+    }
+
+    /// Adds its samples and holes.
+    pub fn count(&self, census: &mut Census) {
+        for part in &self.parts {
+            census.samples += part.stream.samples;
+            census.holes += (0..part.stream.samples).filter(|&i| !part.is_whole(i)).count();
+        }
+    }
+
+    /// Whether the state of a sample is known: its stamp counts, and pressures and conditions are numbers.
+    fn is_state(&self, i: usize) -> bool {
+        self.parts[0].is_stamped(i) && self.pressures.iter().chain(&self.conditions).all(|c| c[i].is_finite())
+    }
+
+    /// The readings of the run, which is number `run`.
+    pub fn read(&self, run: usize, spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
+        let first = &self.parts[0];
+        let stretches: Vec<Vec<usize>> = match spec.points {
+            PointRule::Samples { .. } => {
+                (0..first.stream.samples).filter(|&i| self.is_state(i)).map(|i| vec![i]).collect()
+            }
+            PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
+                let Some(seconds) = &first.stream.seconds else { return vec![] };
+                let mut steady: Vec<(&[f64], f64)> = self.pressures.iter().map(|p| (*p, tolerance_pa)).collect();
+                steady.extend(self.conditions.iter().map(|c| (*c, SETTING_SHARE * largest(c))));
+                plateaus(&first.whole(), seconds, &steady, hold_s, window_s)
+            }
+        };
+        let mut others: Vec<Windows> = self.parts.iter().skip(1).map(Windows::of).collect();
+        let mut readings = Vec::with_capacity(stretches.len());
+        for rows in stretches {
+            let Some((&start, &end)) = rows.first().zip(rows.last()) else { continue };
+            census.used += rows.iter().filter(|&&i| first.is_whole(i)).count();
+            let stamp = |i: usize| first.stream.seconds.as_ref().map_or(f64::NAN, |seconds| seconds[i]);
+            let mut of_parts = vec![rows];
+            for other in &mut others {
+                of_parts.push(other.rows(stamp(start), stamp(end), census));
+            }
+            let rows = &of_parts[0];
+            readings.push(Reading {
+                run,
+                line: first.stream.lines.line_of(start),
+                pressures: self.pressures.iter().map(|c| mean(c, rows)).collect(),
+                conditions: self.conditions.iter().map(|c| mean(c, rows)).collect(),
+                measured: self.measured.iter().map(|(part, c)| mean(c, &of_parts[*part])).collect(),
+            });
+        }
+        readings
+    }
+}
+
+/// The samples of a stream that count, to be asked for by windows of time that rise.
+struct Windows<'a> {
+    seconds: &'a [f64],
+    whole: Vec<usize>,
+    /// How many of them lay in windows or before them.
+    passed: usize,
+}
+
+impl<'a> Windows<'a> {
+    fn of(part: &Part<'a>) -> Self {
+        let seconds = part.stream.seconds.as_deref().unwrap_or_default();
+        // Without stamps nothing lies in any window.
+        let whole = if part.stream.seconds.is_some() { part.whole() } else { vec![] };
+        Self { seconds, whole, passed: 0 }
+    }
+
+    /// The samples stamped from `first_s` to `last_s`. Stamps that count never go back.
+    fn rows(&mut self, first_s: f64, last_s: f64, census: &mut Census) -> Vec<usize> {
+        let slack = STAMP_ROUNDINGS * f64::EPSILON * first_s.abs().max(last_s.abs());
+        let begin = self.whole.partition_point(|&i| self.seconds[i] < first_s - slack);
+        let end = self.whole.partition_point(|&i| self.seconds[i] <= last_s + slack).max(begin);
+        // Two windows may share a stamp: its samples are counted once.
+        census.used += end.saturating_sub(self.passed.max(begin));
+        self.passed = self.passed.max(end);
+        self.whole[begin..end].to_vec()
+    }
+}
+
+/// The mean at some samples; not a number where there is none.
+fn mean(values: &[f64], rows: &[usize]) -> f64 {
+    rows.iter().map(|&i| values[i]).sum::<f64>() / rows.len() as f64
+}
+
+/// The largest size among finite values.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()))
+}
