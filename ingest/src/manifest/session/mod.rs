@@ -1,11 +1,14 @@
 //! `session.toml`: one sitting at a rig: which files, which column is which channel, what is measured against what.
 
+mod follows;
 mod raw;
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+pub use follows::Follows;
+use follows::check_follows;
 pub use raw::channel_id;
 use raw::{Raw, responses, runs};
 
@@ -129,6 +132,8 @@ pub struct ChannelSpec {
     pub commanded: bool,
     /// The mean of so many samples at the start is taken as zero.
     pub tare_samples: Option<usize>,
+    /// The commanded channel that it should meet.
+    pub follows: Option<Follows>,
     /// Line of the file.
     pub line: usize,
 }
@@ -260,6 +265,7 @@ impl SessionManifest {
             .iter()
             .map(|channel| channel.checked(&document, &mut ids))
             .collect::<Result<Vec<_>, IngestError>>()?;
+        check_follows(&document, &channels)?;
         if let Some(channel) = channels.iter().find(|c| c.instrument.is_some())
             && raw.rig.is_none()
         {

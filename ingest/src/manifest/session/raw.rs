@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::follows::RawFollows;
 use super::{
     ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PointRule, PressureReference, ResponseSpec,
     RunSpec, Specimen, Stamp,
@@ -127,6 +128,7 @@ pub(super) struct RawChannel {
     #[serde(default)]
     commanded: bool,
     tare_samples: Option<Spanned<usize>>,
+    follows: Option<RawFollows>,
 }
 
 #[derive(Deserialize)]
@@ -341,6 +343,7 @@ impl RawChannel {
             reference: self.reference,
             commanded: self.commanded,
             tare_samples: self.tare_samples.as_ref().map(|samples| *samples.get_ref()),
+            follows: self.follows.as_ref().map(|follows| follows.checked(document)).transpose()?,
             line: document.line_of(self.id.span().start),
         })
     }
