@@ -117,6 +117,14 @@ fn channels_of_two_topics_are_not_set_against_each_other() {
     let said = pneuval(sitting(&derived, &bag()).path(), &["ingest", "."]);
     assert_eq!(said.code, 2, "{}", said.err);
     assert!(said.err.contains("channels that share one clock"), "{}", said.err);
+    let commanded = SESSION.replace("column = \"/pose.x\"", "column = \"/pose.x\"\ncommanded = true");
+    let follows =
+        "follows = { channel = \"pose\", within = { value = 1, unit = \"mm\" }, after = { value = 1, unit = \"s\" } }";
+    let follows = commanded.replace("column = \"/rig.stroke\"", &format!("column = \"/rig.stroke\"\n{follows}"));
+    let said = pneuval(sitting(&follows, &bag()).path(), &["ingest", "."]);
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert!(said.err.contains("session.toml:14") && said.err.contains("channels that share one clock"), "{}", said.err);
+    assert!(said.err.contains("`stroke` from /rig, `pose` from /pose"), "{}", said.err);
 }
 
 #[test]

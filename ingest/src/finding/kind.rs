@@ -81,6 +81,10 @@ kinds! {
     UnusableFile = "unusable-file",
     /// The log says another unit than the session or the instrument.
     UnitMismatch = "unit-mismatch",
+    /// A measured channel that is not what was commanded, although the command stands.
+    CommandMismatch = "command-mismatch",
+    /// A measured channel that should follow a command, and no sample at which the two can be compared.
+    NotCompared = "not-compared",
     /// Rows that belong to no run.
     UnclaimedRows = "unclaimed-rows",
     /// Numbers that leave the range of a double on their way to SI.

@@ -1,7 +1,7 @@
 //! From a session's manifest and its logs to channels in SI units.
 //!
 //! ```text
-//! raw file -> Recording -> rows of the run -> unit or calibration -> gauge -> tare -> derived -> Run
+//! raw file -> Recording -> rows of the run -> unit or calibration -> gauge -> tare -> against its command -> derived -> Run
 //! ```
 //!
 //! Nothing is repaired: what is no number, or what a calibration refuses, is a hole (NaN) in the channel and a [`Finding`] with
@@ -12,6 +12,8 @@
 
 mod bases;
 mod derive;
+mod follow;
+mod hint;
 mod log;
 mod reader;
 mod tell;

@@ -124,6 +124,7 @@ impl Reader<'_> {
             }
             channels.insert(channel.id.clone(), read);
         }
+        self.follow(spec, &channels, &streams, findings)?;
         for derived in &self.manifest.derived {
             let channel = self.derive(derived, spec, &channels, &streams, findings)?;
             channels.insert(derived.id.clone(), channel);

@@ -176,7 +176,7 @@ impl Fault {
         let by_meaning = || {
             let mut kinds = Vec::new();
             if follows {
-                kinds.push(K::UnitMismatch);
+                kinds.push(K::CommandMismatch);
             }
             if is_ranged {
                 kinds.push(K::OutOfRange);
@@ -196,7 +196,7 @@ impl Fault {
             | Self::UnitCm
             | Self::Hundredfold
             | Self::WrongSign => by_meaning(),
-            Self::Leak | Self::SlippedZero => Ok(if follows { vec![K::UnitMismatch] } else { vec![] }),
+            Self::Leak | Self::SlippedZero => Ok(if follows { vec![K::CommandMismatch] } else { vec![] }),
             Self::Saturation => Ok(vec![K::Saturated]),
             Self::Flatline => Ok(vec![K::Flatline, K::Saturated]),
             Self::TextInNumbers => only_text(&[K::NonNumericCell, K::SkippedLine, K::RaggedLine, K::NoValue]),

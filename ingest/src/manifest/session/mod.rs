@@ -1,6 +1,7 @@
 //! `session.toml`: one sitting at a rig: which files, which column is which channel, what is measured against what.
 
 mod device;
+mod follows;
 mod raw;
 
 use std::collections::BTreeMap;
@@ -8,6 +9,8 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 pub use device::{Clocks, DeviceSpec, LogFile};
+pub use follows::Follows;
+use follows::check_follows;
 pub use raw::channel_id;
 use raw::{Raw, responses, runs};
 
@@ -137,6 +140,8 @@ pub struct ChannelSpec {
     pub commanded: bool,
     /// The mean of so many samples at the start is taken as zero.
     pub tare_samples: Option<usize>,
+    /// The commanded channel that it should meet.
+    pub follows: Option<Follows>,
     /// Line of the file.
     pub line: usize,
 }
@@ -277,6 +282,7 @@ impl SessionManifest {
             .iter()
             .map(|channel| channel.checked(&document, &devices, &mut ids))
             .collect::<Result<Vec<_>, IngestError>>()?;
+        check_follows(&document, &channels)?;
         if let Some(channel) = channels.iter().find(|c| c.instrument.is_some())
             && raw.rig.is_none()
         {

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::device::{self, Clocks, DeviceSpec, RawDevice};
+use super::follows::RawFollows;
 use super::{
     ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PointRule, PressureReference, ResponseSpec,
     RunSpec, Specimen, Stamp,
@@ -133,6 +134,7 @@ pub(super) struct RawChannel {
     #[serde(default)]
     commanded: bool,
     tare_samples: Option<Spanned<usize>>,
+    follows: Option<RawFollows>,
 }
 
 #[derive(Deserialize)]
@@ -355,6 +357,7 @@ impl RawChannel {
             reference: self.reference,
             commanded: self.commanded,
             tare_samples: self.tare_samples.as_ref().map(|samples| *samples.get_ref()),
+            follows: self.follows.as_ref().map(|follows| follows.checked(document)).transpose()?,
             line: document.line_of(self.id.span().start),
         })
     }
