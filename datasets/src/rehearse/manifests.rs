@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 
 use pneuval_ingest::formats::Format;
 use pneuval_ingest::manifest::{HoldOut, PublishedDataset, PublishedTable};
-use pneuval_ingest::units::Unit;
+use pneuval_ingest::units::{Dimension, Unit};
 
 use super::files::{LogFile, STAMPS, column_of};
 use super::plan::{Channel, Plan, ProgrammeKind, Shows, Sitting};
 
-/// What the reader calls a gauge's values.
+/// What the reader calls a gauge's values, and its stamps.
 const GAUGE_COLUMN: &str = "force";
+const GAUGE_STAMPS: &str = "time";
 
 /// What `session.toml` says of a run.
 pub struct RunFiles {
@@ -96,17 +97,21 @@ impl SessionText<'_> {
         for (index, file) in self.devices.iter().enumerate() {
             let format = file.format.id();
             // Where the format has a clock of its own, that is the one.
-            let clock = matches!(file.format, Format::Csv | Format::Serial);
+            let clock = match file.format {
+                Format::Csv | Format::Serial => Some(STAMPS),
+                Format::Gauge => Some(GAUGE_STAMPS),
+                _ => None,
+            };
             if index == 0 {
                 let _ = write!(out, "\n[reader]\nformat = \"{format}\"\n");
-                if clock {
-                    let _ = write!(out, "\n[clock]\ncolumn = \"{STAMPS}\"\nunit = \"s\"\n");
+                if let Some(column) = clock {
+                    let _ = write!(out, "\n[clock]\ncolumn = \"{column}\"\nunit = \"s\"\n");
                 }
             } else {
                 let _ =
                     write!(out, "\n[[device]]\nid = {}\nreader = {{ format = \"{format}\" }}\n", quoted(&file.device));
-                if clock {
-                    let _ = writeln!(out, "clock = {{ column = \"{STAMPS}\", unit = \"s\" }}");
+                if let Some(column) = clock {
+                    let _ = writeln!(out, "clock = {{ column = \"{column}\", unit = \"s\" }}");
                 }
             }
         }
@@ -139,6 +144,9 @@ impl SessionText<'_> {
                         Shows::Pressure(_) => {
                             *out += "reference = \"gauge\"\n";
                             self.follows(out, channel);
+                        }
+                        _ if Unit::parse(unit).is_some_and(|unit| unit.dimension == Dimension::Pressure) => {
+                            *out += "reference = \"gauge\"\n";
                         }
                         _ => {}
                     }

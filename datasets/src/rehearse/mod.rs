@@ -16,11 +16,12 @@
 //! | `bench.rs` | one run of all that, and what every device logs |
 //! | `session.rs` | one session: its runs, what goes wrong, its files |
 //! | `faults/` | what goes wrong |
-//! | `files.rs`, `manifests.rs`, `record.rs` | logs in their formats, `session.toml`, `truth.json` |
+//! | `files.rs`, `manifests.rs`, `bounds.rs`, `record.rs` | logs in their formats, `session.toml`, `bounds.toml`, `truth.json` |
 //!
 //! Everything depends on the plan and the seed alone: the same seed gives the same bytes.
 
 mod bench;
+mod bounds;
 mod faults;
 mod files;
 mod instrument;
@@ -135,7 +136,7 @@ pub struct Rehearsal {
     actuator_text: Vec<u8>,
     /// Tables that the actuator's own models name.
     actuator_tables: Vec<(String, Vec<u8>)>,
-    bounds_text: Option<Vec<u8>>,
+    bounds_text: Option<String>,
     published: Option<PublishedDataset>,
     folder: Option<PathBuf>,
 }
@@ -160,6 +161,7 @@ impl Rehearsal {
             actuator_tables.push((model.file.name.clone(), actuator_located.beside(&model.file.name)?));
         }
         change(&mut plan, &request)?;
+        let bounds_text = bounds.map(|bounds| bounds::of_plan(&bounds.file, &bounds.bytes, &plan)).transpose()?;
         check(&plan, &rig)?;
         Ok(Self {
             plan,
@@ -169,7 +171,7 @@ impl Rehearsal {
             actuator,
             actuator_text: actuator_located.bytes,
             actuator_tables,
-            bounds_text: bounds.map(|bounds| bounds.bytes),
+            bounds_text,
             published,
             folder: located_folder(&folder),
         })
@@ -247,7 +249,7 @@ impl Rehearsal {
         }
         sink("actuator.toml", &actuator)?;
         sink("rig.toml", &noted(&self.rig_text))?;
-        self.bounds_text.as_ref().map_or(Ok(()), |bounds| sink("bounds.toml", &noted(bounds)))
+        self.bounds_text.as_ref().map_or(Ok(()), |bounds| sink("bounds.toml", &noted(bounds.as_bytes())))
     }
 
     fn prepare(&self, sitting: &Sitting) -> Result<Prepared, IngestError> {

@@ -111,12 +111,31 @@ impl<'a> Sheet<'a> {
         self.column(name, None, false, None)
     }
 
+    /// Adds a column of stamps whose unit may not be known yet: it is kept with whatever it is the clock of.
+    pub fn stamps(&mut self, name: &str, unit: Option<&str>) -> Result<usize, IngestError> {
+        let is_wanted = self.keep.wants(&self.name);
+        self.kept_column(name, unit, true, Some(f64::NAN), is_wanted)
+    }
+
     fn column(
         &mut self,
         name: &str,
         unit: Option<&str>,
         is_expected: bool,
         fill: Option<f64>,
+    ) -> Result<usize, IngestError> {
+        // Stamps are kept with whatever they are the clock of.
+        let is_wanted = unit == Some("s") && self.keep.wants(&self.name);
+        self.kept_column(name, unit, is_expected, fill, is_wanted)
+    }
+
+    fn kept_column(
+        &mut self,
+        name: &str,
+        unit: Option<&str>,
+        is_expected: bool,
+        fill: Option<f64>,
+        is_wanted: bool,
     ) -> Result<usize, IngestError> {
         let number = self.columns.len() + 1;
         if number > LOG_COLUMNS_MAX {
@@ -128,9 +147,8 @@ impl<'a> Sheet<'a> {
             copy += 1;
             unique = format!("{name} ({copy})");
         }
-        // Stamps are kept with whatever they are the clock of.
         let is_stamp = unit == Some("s");
-        let keep = self.keep.keeps(&self.name, &unique, number) || (is_stamp && self.keep.wants(&self.name));
+        let keep = self.keep.keeps(&self.name, &unique, number) || is_wanted;
         // What is kept can be looked at later.
         let seems = || fill.filter(|fill| fill.is_nan() && !keep).and_then(|_| csv::clock_unit(name, unit));
         let clock = if is_stamp { Some(ClockUnit::Seconds(1.0)) } else { seems() };
