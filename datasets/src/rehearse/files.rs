@@ -14,6 +14,9 @@ use super::plan::{Plan, Shows};
 /// The instant from which stamps of formats count that know absolute ones only: 2026-01-01 00:00 UTC, in s since 1970.
 const ORIGIN_S: u64 = 1_767_225_600;
 
+/// Seconds from 1904, from which LabVIEW counts, to 1970.
+const S_1904_TO_1970: i64 = 2_082_844_800;
+
 /// The column of stamps where a format has no name of its own for it.
 pub const STAMPS: &str = "t";
 
@@ -116,7 +119,9 @@ impl LogFile {
                     ("description".to_owned(), tdms::Value::Text(note.to_owned())),
                     ("synthetic".to_owned(), tdms::Value::Bool(true)),
                 ]);
-                let options = tdms::WriteOptions { file, ..tdms::WriteOptions::default() };
+                // An uneven clock is a channel of instants, which readers know for a clock.
+                let origin = Some(tdms::Timestamp { seconds: ORIGIN_S.cast_signed() + S_1904_TO_1970, fraction: 0 });
+                let options = tdms::WriteOptions { file, origin, ..tdms::WriteOptions::default() };
                 let mut bytes = Vec::new();
                 tdms::write(&mut bytes, &self.tables, &options)?;
                 Ok(bytes)

@@ -322,6 +322,7 @@ mod tests {
     fn channel(id: &str, reference: PressureReference) -> ChannelSpec {
         ChannelSpec {
             id: id.to_owned(),
+            device: None,
             column: ColumnRef::Number(1),
             unit: None,
             instrument: None,

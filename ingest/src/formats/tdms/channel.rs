@@ -120,6 +120,11 @@ impl Channel {
         }
     }
 
+    /// Whether its values are instants.
+    pub fn is_instants(&self) -> bool {
+        matches!(self.content, Content::Instants(_))
+    }
+
     /// Whether its columns may hold integers that were rounded.
     pub fn is_wide(&self) -> bool {
         self.is_wide && matches!(self.content, Content::Numbers(_) | Content::Counts(_))
@@ -191,7 +196,9 @@ impl Channel {
     }
 
     fn content_for(&self, index: &RawIndex, objects: &Objects, keep: Keep) -> Content {
-        if !self.is_kept && matches!(keep, Keep::Only(_)) {
+        // Instants are kept with whatever they are the clock of.
+        let is_kept = self.is_kept || (index.data_type == DataType::Time && keep.wants(&self.group));
+        if !is_kept && matches!(keep, Keep::Only(_)) {
             return Content::Skipped;
         }
         let Some(object) = objects.get(self.object) else { return Content::Skipped };
@@ -208,7 +215,7 @@ impl Channel {
         };
         match (index.data_type, scaling, &index.daqmx) {
             (DataType::Text, _, _) => Content::Texts(Vec::new()),
-            (DataType::Time, None, _) => Content::Instants(Builder::clock(self.is_kept, ClockUnit::Seconds(1.0))),
+            (DataType::Time, None, _) => Content::Instants(Builder::clock(is_kept, ClockUnit::Seconds(1.0))),
             (DataType::ComplexSingle | DataType::ComplexDouble, None, _) => {
                 Content::Complex(Box::new([Builder::new(self.is_kept), Builder::new(self.is_kept)]))
             }

@@ -142,12 +142,17 @@ impl Making<'_> {
         let time = self.time(&group);
         let Group { name, axes, channels, .. } = group;
         let rows = rows(&channels);
-        let clock = axes.first().filter(|first| first.other.is_none()).map(|_| 0);
+        let mut clock = axes.first().filter(|first| first.other.is_none()).map(|_| 0);
+        // Where no waveform says the times, a channel of instants does, if there is one only.
+        let is_stamped = clock.is_none() && channels.iter().filter(|channel| channel.is_instants()).count() == 1;
         let mut columns: Vec<Column> = time.into_iter().collect();
         let taken = self.names.entry(name.clone()).or_default();
         for channel in channels {
             let object = self.objects.get(channel.object);
             let is_wide = channel.is_wide();
+            if is_stamped && channel.is_instants() {
+                clock = Some(columns.len());
+            }
             let own = channel.finish(rows, object, &mut |name| unique(taken, name));
             let wide = own.iter().filter(|_| is_wide);
             self.findings.extend(wide.filter_map(|column| rounded(self.file, &name, column)));
