@@ -12,7 +12,6 @@
 
 mod derive;
 mod follow;
-mod hint;
 mod log;
 mod reader;
 mod tell;
