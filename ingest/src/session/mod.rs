@@ -13,7 +13,6 @@
 mod bases;
 mod derive;
 mod follow;
-mod hint;
 mod log;
 mod reader;
 mod tell;

@@ -13,6 +13,12 @@ use crate::units::{Dimension, Unit};
 /// How far what is measured may be from what is explained, in shares of it.
 const NEAR: f64 = 0.02;
 
+/// How much an offset may differ from plateau to plateau, and what may be there before anything happened, in shares of it.
+const SAME: f64 = 0.25;
+
+/// Commands tell an offset from a factor if they differ by this share of the largest.
+const APART: f64 = 0.5;
+
 /// Of fewer samples nobody can say that something lasts.
 const LASTING_MIN: usize = 5;
 
@@ -47,9 +53,10 @@ impl Plateau {
         self.middle - self.command
     }
 
-    /// Whether half of the samples are within a tolerance of what is expected.
-    fn is(&self, expected: f64, tolerance: f64) -> bool {
-        [self.low, self.middle, self.high].iter().all(|value| (value - expected).abs() <= tolerance)
+    /// Whether the median is as expected, and half of the samples are within the wider tolerance: a drift is no plateau.
+    fn is(&self, expected: f64, (middle, wide): (f64, f64)) -> bool {
+        let is_wide = |value: f64| (value - expected).abs() <= wide.max(middle);
+        (self.middle - expected).abs() <= middle && is_wide(self.low) && is_wide(self.high)
     }
 }
 
@@ -87,18 +94,32 @@ pub(super) fn explain(
         return Some(Hint::Factor(factor));
     }
     let since = Plateaus::new(since, within)?;
-    // Before that moment a zero command tells no share from another, and before anything disagrees there is nothing to tell apart.
-    match (all.lasting(), since.lasting()) {
-        (Some(Hint::Offset { si, .. }), _) => return Some(Hint::Offset { si, is_from_moment: false }),
-        (Some(Hint::Share { ratio, is_single: false, .. }), Some(Hint::Share { is_single: false, .. })) => {
+    // A zero slips between a plateau at zero and the next: only among commands that are not zero a share is no offset.
+    let not_zero = || since.all.iter().copied().filter(|plateau| plateau.command.abs() > within);
+    let is_share = matches!(
+        Plateaus::new(not_zero(), within).and_then(|plateaus| plateaus.lasting()),
+        Some(Hint::Share { is_single: false, .. })
+    );
+    match all.lasting() {
+        Some(Hint::Offset { si, .. }) => return Some(Hint::Offset { si, is_from_moment: false }),
+        Some(Hint::Share { ratio, is_single: false, .. }) if is_share => {
             return Some(Hint::Share { ratio, is_from_moment: false, is_single: false });
         }
         _ => {}
     }
-    let is_long = lasts && since.all.iter().map(|plateau| plateau.samples).sum::<usize>() >= LASTING_MIN;
     since.lasting().filter(|hint| {
-        let begins = before.iter().any(|plateau| matches!(hint, Hint::Offset { .. }) || plateau.command.abs() > within);
-        is_long && begins
+        let expected = |command: f64| match hint {
+            Hint::Share { ratio, .. } => ratio * command,
+            Hint::Offset { si, .. } => command + si,
+            Hint::Factor(_) => f64::NAN,
+        };
+        // Until then it followed, where the difference would have shown: what drifts has no such moment.
+        let change = |plateau: &Plateau| (expected(plateau.command) - plateau.command).abs();
+        let until: Vec<&Plateau> = before.iter().filter(|plateau| change(plateau) > within).collect();
+        let most = until.iter().max_by(|a, b| change(a).total_cmp(&change(b)));
+        let followed = most.is_some_and(|plateau| plateau.offset().abs() <= SAME * change(plateau));
+        let are_many = |plateaus: &[&Plateau]| plateaus.iter().map(|p| p.samples).sum::<usize>() >= LASTING_MIN;
+        lasts && followed && are_many(&until) && are_many(&since.all)
     })
 }
 
@@ -117,10 +138,10 @@ impl<'a> Plateaus<'a> {
         Some(Self { all, within, largest })
     }
 
-    /// At small commands a share of them is less than any sensor keeps: there it is what the user lets pass, or that share of the
-    /// largest command, whichever is less.
-    fn tolerance(&self, command: f64) -> f64 {
-        (NEAR * command.abs()).max(self.within.min(NEAR * self.largest.command.abs()))
+    /// How far the median may be from what is explained, and how far its noise may reach. At small commands a share of them is less than
+    /// any sensor keeps: there it is what the user lets pass, or that share of the largest command, whichever is less.
+    fn tolerance(&self, command: f64) -> (f64, f64) {
+        ((NEAR * command.abs()).max(self.within.min(NEAR * self.largest.command.abs())), self.within)
     }
 
     /// Whether there is anything to explain where it shows most.
@@ -132,7 +153,10 @@ impl<'a> Plateaus<'a> {
     fn factor(&self, factors: &[Factor]) -> Option<usize> {
         let fits = |&i: &usize| {
             let ratio = factors[i].ratio;
-            self.all.iter().all(|p| p.is(ratio * p.command, ratio.abs() * self.tolerance(p.command)))
+            self.all.iter().all(|p| {
+                let (middle, wide) = self.tolerance(p.command);
+                p.is(ratio * p.command, (ratio.abs() * middle, ratio.abs() * wide))
+            })
         };
         let mut fitting = (0..factors.len()).filter(fits);
         fitting.next().filter(|_| fitting.next().is_none() && self.disagree())
@@ -155,12 +179,17 @@ impl<'a> Plateaus<'a> {
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
         };
         let (least, most) = ends(&mut self.all.iter().map(|p| p.command));
-        let (low, high) = ends(&mut self.all.iter().flat_map(|p| [p.low - p.command, p.high - p.command]));
-        // A factor would show between commands; at zero there is none to show.
-        let is_zero = self.largest.command.abs() <= self.within;
-        let tolerance = if is_zero { self.within } else { self.within.min(2.0 * NEAR * (most - least)) };
+        let (low, high) = ends(&mut self.all.iter().map(|p| p.offset()));
+        let (lowest, highest) = ends(&mut self.all.iter().flat_map(|p| [p.low - p.command, p.high - p.command]));
         let middle = f64::midpoint(low, high);
-        (high - low <= tolerance && middle.abs() > self.within).then_some(middle)
+        // What drifts is no offset.
+        let spread = self.within.min(SAME * middle.abs());
+        // A factor would show between commands; at zero there is none to show.
+        let size = self.largest.command.abs();
+        let is_told_apart = size <= self.within || most - least >= APART * size;
+        let noise = if size <= self.within { spread } else { 2.0 * spread };
+        let is_one = high - low <= spread && highest - lowest <= noise;
+        (is_told_apart && is_one && middle.abs() > self.within).then_some(middle)
     }
 
     /// What share of every command is measured, if that is neither all of it nor the other sign.
@@ -226,11 +255,12 @@ impl Between<'_> {
                 let percent = (100.0 * (1.0 - ratio).abs()).round();
                 let on = if is_from_moment { from(true) } else { "throughout ".to_owned() };
                 let is = if ratio < 1.0 { "short of" } else { "over" };
-                let leaks = is_from_moment && ratio < 1.0 && unit.dimension == Dimension::Pressure;
-                let question = match (leaks, is_single) {
+                let may_leak = is_from_moment && ratio < 1.0 && unit.dimension == Dimension::Pressure;
+                let question = match (may_leak, is_single) {
                     (true, true) => ": a leak, or a zero that slipped?",
                     (true, false) => ": a leak?",
-                    (false, _) => "",
+                    (false, true) => ": a zero that slipped?",
+                    (false, false) => "",
                 };
                 format!("{on}about {percent} % {is} the command{question}")
             }
