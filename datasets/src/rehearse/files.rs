@@ -1,6 +1,7 @@
 //! What devices log, as files in real formats. Every one of them says that it is synthetic, as far as its format can.
 
 use std::io::Cursor;
+use std::num::NonZeroUsize;
 
 use pneuval_ingest::IngestError;
 use pneuval_ingest::finding::LineMap;
@@ -16,6 +17,10 @@ const ORIGIN_S: u64 = 1_767_225_600;
 
 /// Seconds from 1904, from which LabVIEW counts, to 1970.
 const S_1904_TO_1970: i64 = 2_082_844_800;
+
+/// Rows of a chunk of a TDMS file, and bytes of one of a bag: small, as the sessions are.
+const CHUNK_ROWS: usize = 256;
+const CHUNK_BYTES: u64 = 32 << 10;
 
 /// The column of stamps where a format has no name of its own for it.
 pub const STAMPS: &str = "t";
@@ -121,7 +126,9 @@ impl LogFile {
                 ]);
                 // An uneven clock is a channel of instants, which readers know for a clock.
                 let origin = Some(tdms::Timestamp { seconds: ORIGIN_S.cast_signed() + S_1904_TO_1970, fraction: 0 });
-                let options = tdms::WriteOptions { file, origin, ..tdms::WriteOptions::default() };
+                // Written as it goes, so that a cut costs the end and not whole channels.
+                let chunk_rows = NonZeroUsize::new(CHUNK_ROWS);
+                let options = tdms::WriteOptions { file, origin, chunk_rows, ..tdms::WriteOptions::default() };
                 let mut bytes = Vec::new();
                 tdms::write(&mut bytes, &self.tables, &options)?;
                 Ok(bytes)
@@ -131,6 +138,7 @@ impl LogFile {
                     encoding: bag.encoding,
                     compression: bag.compression,
                     origin_s: ORIGIN_S,
+                    chunk_bytes: Some(CHUNK_BYTES),
                     ..mcap::WriteOptions::default()
                 };
                 let mut bytes = Cursor::new(Vec::new());

@@ -239,6 +239,9 @@ impl Session<'_> {
             let line = |sample: usize| line_number(bytes, table.rows + behind, sample - 1 + behind);
             hit.record.lines = line(first).zip(line(last));
         }
+        // As findings count them.
+        let (first, last) = hit.record.samples;
+        hit.record.samples = (first - 1, last - 1);
     }
 }
 

@@ -233,6 +233,7 @@ impl Reader<'_> {
         let instrument = spec.instrument.as_deref().map(|id| self.instrument(id, spec)).transpose()?;
         let logged = self.logged_unit(spec, instrument, log.at(id), run, findings)?;
         let mut values = log.numbers(id, part, &run.id, findings);
+        findings.extend(tell::no_value(spec, run, &values, part));
         let (unit, std_si) = match instrument {
             None => {
                 let beyond = to_si(logged, &mut values);

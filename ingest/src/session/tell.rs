@@ -37,6 +37,32 @@ pub(super) fn refusal(
     }
 }
 
+/// Samples that are no number in a file without lines: there it is the file that says so, and no cell that could be quoted. What is no
+/// number in a text was told by its reader.
+pub(super) fn no_value(spec: &ChannelSpec, run: &RunSpec, values: &[f64], part: &Part) -> Option<Finding> {
+    if part.lines.rows() > 0 {
+        return None;
+    }
+    let holes: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_nan()).collect();
+    let first = *holes.first()?;
+    Some(Finding {
+        kind: FindingKind::NoValue,
+        severity: Severity::Excluded,
+        file: run.file.clone(),
+        channel: Some(spec.id.clone()),
+        spans: part.spans(holes.iter().copied()),
+        count: holes.len(),
+        text: format!(
+            "channel `{}` of run {}: {} of {} samples hold no number, the first at {}; left as holes",
+            spec.id,
+            run.id,
+            holes.len(),
+            values.len(),
+            part.place(first)
+        ),
+    })
+}
+
 /// Samples at or beyond what an instrument can show.
 pub(super) fn beyond_range(
     spec: &ChannelSpec,

@@ -65,8 +65,8 @@ pub fn spoil_bytes(fault: Fault, layout: &Layout, bytes: &mut Vec<u8>) -> Option
         }
         Fault::GluedHeader => {
             // The row of units goes too: it would be the one that is glued.
-            let names = bytes.iter().position(|byte| *byte == b't')?;
-            let end = names + bytes[names..].iter().position(|byte| *byte == b'\n')?;
+            let note = bytes.iter().position(|byte| *byte == b'\n')? + 1;
+            let end = note + bytes[note..].iter().position(|byte| *byte == b'\n')?;
             let units = end + 1 + bytes[end + 1..].iter().position(|byte| *byte == b'\n')?;
             bytes.drain(end..=units);
             Some((1, 1))

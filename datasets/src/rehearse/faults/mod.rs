@@ -144,7 +144,7 @@ pub struct FaultRecord {
     pub device: String,
     /// The channel, if it hits one.
     pub channel: Option<String>,
-    /// First and last sample that it hits, from 1, as they stand in the file.
+    /// First and last sample that it hits, from 0, as they stand in the file.
     pub samples: (usize, usize),
     /// First and last line of the file, for a text.
     pub lines: Option<(usize, usize)>,
