@@ -130,6 +130,7 @@ impl<'a> Reading<'a> {
                 columns.push(match field.role {
                     Role::Sensor => None,
                     Role::Word => Some(sheet.text(&field.name)?),
+                    Role::Time => Some(sheet.stamps(&field.name, unit)?),
                     _ => Some(sheet.numbers(&field.name, unit, true)?),
                 });
                 match field.role {
