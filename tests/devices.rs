@@ -13,7 +13,7 @@ use common::sitting::{Sitting, findings, measured, points, with_log};
 use common::{Said, pneuval};
 use pneuval_ingest::finding::LineMap;
 use pneuval_ingest::formats::csv::Decimal;
-use pneuval_ingest::formats::mcap::{WriteOptions, write};
+use pneuval_ingest::formats::{mcap, tdms};
 use pneuval_ingest::recording::{Cells, Column, Table};
 use pneuval_ingest::store::read_parquet;
 use serde_json::Value;
@@ -411,48 +411,72 @@ fn clocks_that_have_nothing_in_common_are_an_error() {
 }
 
 #[test]
-fn topics_of_one_bag_are_set_against_each_other_where_one_clock_is_declared() {
+fn a_counter_beside_dates_counts_from_its_own_zero() {
+    let sitting = with_runs(&[1]);
+    let line = |i: u32| format!("2026-11-22 09:13:{:02},{},{}\n", i / 100, 10 * i, 20.0 * f64::from(i / 200));
+    sitting.write("rig-1.csv", &format!("date,t,p\n{}", (0..600).map(line).collect::<String>()));
+    let said = sitting.validate();
+    assert_eq!(said.code, 3, "{}", said.err);
+    let results = sitting.results();
+    near(&measured_mm(&results), &[0.1, 10.1, 30.1]);
+    assert_eq!(findings(&results, "clock-shift").len(), 0);
+    // By its dates it has nothing in common with the tracker's counter.
+    sitting.change("session.toml", "column = \"t\"\nunit = \"ms\"", "column = \"date\"");
+    let said = sitting.validate();
+    assert!(said.code == 2 && said.err.contains("stamps of tracker from a zero of their own"), "{}", said.err);
+}
+
+/// Pressure in one table and a position in another, which follows 50 ms later and is stamped 3 ms later.
+fn two_tables(rig: &str, pose: &str, time: &str) -> [Table; 2] {
     let rows = 600_usize;
     let table = |name: &str, delay: f64, column: &str, value: &dyn Fn(usize) -> f64| {
         let numbers = |f: &dyn Fn(usize) -> f64| Cells::Numbers((0..rows).map(f).collect());
+        let stamps = Column::new(time, Some("s"), numbers(&|i| i as f64 / 100.0 + delay));
         Table {
             name: name.to_owned(),
             schema: None,
-            columns: vec![
-                Column::new("log_time", Some("s"), numbers(&|i| i as f64 / 100.0 + delay)),
-                Column::new(column, None, numbers(value)),
-            ],
+            columns: vec![stamps, Column::new(column, None, numbers(value))],
             rows,
             lines: LineMap::default(),
-            clock: None,
+            clock: Some(0),
             decimal: Decimal::Point,
         }
     };
-    let rig = table("/rig", 0.0, "pressure", &|i| 20e3 * (i / 200) as f64);
-    // It follows 50 ms later: the first five poses of a plateau are those of the one before.
-    let pose = table("/pose", 0.003, "x", &|i| [0.0, 0.0101, 0.0299][(i.max(5) - 5) / 200]);
-    let mut bytes = Cursor::new(Vec::new());
-    write(&mut bytes, &[rig, pose], &WriteOptions::default()).unwrap();
-    let session = SESSION
+    [
+        table(rig, 0.0, "pressure", &|i| 20e3 * (i / 200) as f64),
+        table(pose, 0.003, "x", &|i| [0.0, 0.0101, 0.0299][(i.max(5) - 5) / 200]),
+    ]
+}
+
+#[test]
+fn tables_of_one_file_are_set_against_each_other_where_one_clock_is_declared() {
+    let (mut bag, mut tdms) = (Cursor::new(Vec::new()), Vec::new());
+    mcap::write(&mut bag, &two_tables("/rig", "/pose", "log_time"), &mcap::WriteOptions::default()).unwrap();
+    tdms::write(&mut tdms, &two_tables("rig", "pose", "time"), &tdms::WriteOptions::default()).unwrap();
+    let without_device = SESSION
         .replace("[reader]\nformat = \"csv\"\n\n[clock]\ncolumn = \"t\"\nunit = \"ms\"\n", "")
-        .replace("[[device]]\nid = \"tracker\"\nreader = { format = \"trakstar\" }\nclock = { column = \"time1\", unit = \"s\" }\n", "")
-        .replace("device = \"tracker\"\ncolumn = \"x1\"\nunit = \"mm\"", "column = \"/pose.x\"\nunit = \"m\"")
-        .replace("column = \"p\"\nunit = \"kPa\"", "column = \"/rig.pressure\"\nunit = \"Pa\"");
-    let runs = session.find("[[run]]").unwrap()..session.find("[[response]]").unwrap();
-    let session = session.replace(&session[runs], "[[run]]\nfile = \"run.mcap\"\n\n");
-    let folder = with_log(&session, "run.mcap", bytes.get_ref());
-    let said = pneuval(folder.path(), &["validate", ".", "--out", "report"]);
-    assert_eq!(said.code, 3, "{}", said.err);
-    assert_eq!(measured(folder.path()), ["0.0000", "0.0101", "0.0299"]);
-    // Undeclared they are not, and the message says what to declare.
-    fs::write(folder.path().join("session.toml"), session.replace("clocks = \"one\"\n", "")).unwrap();
-    let said = pneuval(folder.path(), &["validate", "."]);
-    assert_eq!(said.code, 2, "{}", said.err);
-    assert!(
-        said.err.contains("`pressure` from /rig, `stroke` from /pose") && said.err.contains("add clocks = \"one\""),
-        "{}",
-        said.err
-    );
+        .replace("[[device]]\nid = \"tracker\"\nreader = { format = \"trakstar\" }\nclock = { column = \"time1\", unit = \"s\" }\n", "");
+    let runs = without_device.find("[[run]]").unwrap()..without_device.find("[[response]]").unwrap();
+    for (file, bytes, slash) in [("run.mcap", bag.into_inner(), "/"), ("run.tdms", tdms, "")] {
+        let session = without_device
+            .replace(&without_device[runs.clone()], &format!("[[run]]\nfile = \"{file}\"\n\n"))
+            .replace(
+                "device = \"tracker\"\ncolumn = \"x1\"\nunit = \"mm\"",
+                &format!("column = \"{slash}pose.x\"\nunit = \"m\""),
+            )
+            .replace("column = \"p\"\nunit = \"kPa\"", &format!("column = \"{slash}rig.pressure\"\nunit = \"Pa\""));
+        let folder = with_log(&session, file, &bytes);
+        let said = pneuval(folder.path(), &["validate", ".", "--out", "report"]);
+        assert_eq!(said.code, 3, "{file}: {}", said.err);
+        assert_eq!(measured(folder.path()), ["0.0000", "0.0101", "0.0299"], "{file}");
+        // Undeclared they are not, and the message says what to declare.
+        fs::write(folder.path().join("session.toml"), session.replace("clocks = \"one\"\n", "")).unwrap();
+        let said = pneuval(folder.path(), &["validate", "."]);
+        assert_eq!(said.code, 2, "{}", said.err);
+        for word in [&format!("`pressure` from {slash}rig, `stroke` from {slash}pose"), "add clocks = \"one\""] {
+            assert!(said.err.contains(word), "{}", said.err);
+        }
+    }
 }
 
 #[test]

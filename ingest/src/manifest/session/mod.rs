@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-pub use device::{Clocks, DeviceSpec, LogFile};
+pub use device::{Clocks, DeviceSpec, LogFile, Views};
 use raw::{Raw, responses, runs};
 
 use super::comparison::{Comparable, ComparisonSpec, Quantity, comparisons};
