@@ -54,7 +54,9 @@ pub fn run(arguments: &Init) -> Result<Outcome, Failure> {
     }
     let (logs, mut left_out) = logs(folder)?;
     let (chosen, others) = of_one_layout(logs);
-    left_out.extend(others.iter().map(|name| format!("{name}: laid out differently, so a session of its own folder")));
+    left_out.extend(others.iter().map(|name| {
+        format!("{name}: laid out differently, so a [[device]] of this session, or a session of a folder of its own")
+    }));
     let actuator = arguments.actuator.as_deref();
     // One that nobody describes yet gets a draft; one that is malformed is told by `validate`.
     let described = actuator.and_then(|id| pneuval_datasets::find_actuator(id, folder).ok());

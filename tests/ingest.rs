@@ -125,6 +125,24 @@ fn only_what_has_changed_is_read_again_and_the_bytes_are_the_same() {
 }
 
 #[test]
+fn a_log_that_was_mended_takes_no_table_of_another() {
+    let folder = sitting();
+    let store = folder.path().join(".pneuval");
+    fs::write(folder.path().join("a.csv"), "the rig was off\n").unwrap();
+    ingested(folder.path());
+    let names = || files(&store).into_iter().map(|(name, _)| name).collect::<Vec<String>>();
+    assert_eq!(names(), ["A.parquet", "session.json"]);
+    // The name is that of the first run again, as in a store made anew.
+    fs::write(folder.path().join("a.csv"), "t,p,F\n0,0,0\n10,1,0.5\n20,2,\n30,3,1.5\n").unwrap();
+    let (_, told) = ingested(folder.path());
+    assert_eq!(names(), ["A-2.parquet", "a.parquet", "session.json"]);
+    let rows = |file: usize| told["record"]["files"][file]["runs"][0]["tables"][0]["samples"].clone();
+    assert_eq!((rows(0), rows(1)), (4.into(), 2.into()));
+    let read = |name: &str| read_parquet(&store.join(name)).unwrap()[0].1.len();
+    assert_eq!((read("a.parquet"), read("A-2.parquet")), (4, 2));
+}
+
+#[test]
 fn a_run_that_is_gone_takes_its_table_with_it_and_names_that_differ_in_case_are_two_files() {
     let folder = sitting();
     let store = folder.path().join(".pneuval");

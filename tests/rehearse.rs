@@ -1,5 +1,8 @@
 //! `pneuval rehearse`, asked as a user would: the five types from raw bytes to a report, what is written, what is refused.
 
+// Helpers of tests may unwrap and panic, as tests do.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use std::collections::BTreeMap;

@@ -12,9 +12,10 @@ use pneuval_models::catalogue::{LAWS, find, find_law};
 use pneuval_models::materials::LoadCase;
 
 use crate::AnalysisError;
+use crate::response::{TableCensus, Unmet};
 use crate::results::{
     ActuatorRecord, CensusRecord, ChannelRecord, DatasetRecord, FindingRecord, InputRecord, ListingRecord,
-    MaterialRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord,
+    MaterialRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord, TableRecord,
 };
 use crate::study::{Data, Study};
 
@@ -160,6 +161,7 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
         holes: census.holes,
         used: census.used,
         points: response.points.len(),
+        tables: census.tables.iter().map(table).collect(),
     });
     let derived = manifest.derived.iter().map(|d| ChannelRecord {
         id: d.id.clone(),
@@ -184,6 +186,10 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
     }
 }
 
+fn table(census: &TableCensus) -> TableRecord {
+    TableRecord { table: census.table.clone(), samples: census.samples, holes: census.holes }
+}
+
 fn specimen(specimen: &Specimen) -> Vec<(String, String)> {
     let pair = |name: &str, value: String| (name.to_owned(), value);
     let mut words = vec![pair("serial", specimen.serial.clone())];
@@ -195,17 +201,17 @@ fn specimen(specimen: &Specimen) -> Vec<(String, String)> {
 
 fn run(run: &Run) -> RunRecord {
     let stamps = run.streams.iter().filter_map(|stream| stream.seconds.as_deref());
-    let finite = stamps.clone().flatten().copied().filter(|t| t.is_finite());
-    let (first, last) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    // Devices count from zeros of their own: the longest span is that of one of them.
+    let span = |device: Option<&str>| {
+        let here = run.streams.iter().filter(|stream| stream.device.as_deref() == device);
+        let finite = here.flat_map(|stream| stream.seconds.iter().flatten()).copied().filter(|t| t.is_finite());
+        let (first, last) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+        (last > first).then_some(last - first)
+    };
+    let span_s = run.streams.iter().filter_map(|stream| span(stream.device.as_deref())).max_by(f64::total_cmp);
     // Of several clocks the fastest: what a reader asks first is how finely the run was sampled.
     let rate_hz = stamps.filter_map(rate_hz).max_by(f64::total_cmp);
-    RunRecord {
-        id: run.id.clone(),
-        file: run.files.join(", "),
-        samples: run.samples(),
-        span_s: (last > first).then_some(last - first),
-        rate_hz,
-    }
+    RunRecord { id: run.id.clone(), file: run.files.join(", "), samples: run.samples(), span_s, rate_hz }
 }
 
 fn channel(session: &Session, spec: &ChannelSpec) -> ChannelRecord {
@@ -213,7 +219,8 @@ fn channel(session: &Session, spec: &ChannelSpec) -> ChannelRecord {
         ColumnRef::Name(name) => format!("column `{name}`"),
         ColumnRef::Number(number) => format!("column {number}"),
     };
-    let mut source = spec.device.as_ref().map_or(column.clone(), |device| format!("{column} of {device}"));
+    let of = spec.device.as_ref().map_or_else(String::new, |device| format!(" of {device}"));
+    let mut source = column + &of;
     if spec.commanded {
         source += ", commanded";
     }
@@ -295,5 +302,24 @@ pub fn findings(study: &Study) -> Vec<FindingRecord> {
             .collect(),
         text: finding.text.clone(),
     };
-    session.findings.iter().map(record).collect()
+    let unmet = study.responses.iter().zip(&study.censuses).flat_map(|(response, census)| {
+        census.unmet.iter().map(|unmet| unmet_plateaus(study.id, session, &response.quantity.id, unmet))
+    });
+    session.findings.iter().map(record).chain(unmet).collect()
+}
+
+/// Plateaus at which nothing was measured. A run that has no other is lost: do its files count from one clock at all?
+fn unmet_plateaus(study: &str, session: &Session, quantity: &str, unmet: &Unmet) -> FindingRecord {
+    let spec = session.manifest.runs.iter().find(|run| run.id == unmet.run);
+    let file = spec.and_then(|run| unmet.device.as_ref().map_or(Some(&run.file), |device| run.files.get(device)));
+    FindingRecord {
+        severity: if unmet.unmet == unmet.plateaus { Severity::Lost } else { Severity::Excluded },
+        kind: finding::FindingKind::UnmetPlateaus.id().to_owned(),
+        dataset: Some(study.to_owned()),
+        file: file.cloned(),
+        channel: None,
+        count: Some(unmet.unmet),
+        spans: vec![],
+        text: format!("{quantity}, {}", unmet.text()),
+    }
 }

@@ -20,7 +20,7 @@ pub use comparisons::{
 };
 pub use subjects::{
     ActuatorRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, InputRecord, ListingRecord,
-    MaterialRecord, QuantityRecord, RunRecord, SessionRecord, SourceFile, StatedRecord,
+    MaterialRecord, QuantityRecord, RunRecord, SessionRecord, SourceFile, StatedRecord, TableRecord,
 };
 
 /// Version of the layout of `results.json`.
@@ -136,7 +136,18 @@ impl Results {
         let lost = self.findings.iter().filter(|f| f.severity == Severity::Lost).map(|f| f.text.clone());
         let excluded = self.actuators.iter().flat_map(|a| &a.datasets).filter_map(|d| {
             let s = d.session.as_ref()?;
-            (s.excluded_share() > s.excluded_share_max).then(|| {
+            let worst = s.worst_table().filter(|table| table.excluded_share() > s.excluded_share_max);
+            let of_table = worst.map(|table| {
+                format!(
+                    "{}: {} of {} samples of {} are excluded, more than the {} allowed",
+                    d.id,
+                    table.holes,
+                    table.samples,
+                    table.table,
+                    format::percent(s.excluded_share_max)
+                )
+            });
+            let of_all = || {
                 format!(
                     "{}: {} of {} samples are excluded{}, more than the {} allowed",
                     d.id,
@@ -149,7 +160,8 @@ impl Results {
                     },
                     format::percent(s.excluded_share_max)
                 )
-            })
+            };
+            of_table.or_else(|| (s.excluded_share() > s.excluded_share_max).then(of_all))
         });
         lost.chain(excluded).collect()
     }

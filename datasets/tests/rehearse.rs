@@ -1,5 +1,8 @@
 //! A rehearsal of an actuator that nobody embedded: every fault in every format is found where it lies, and nothing on a clean one.
 
+// Helpers of tests may unwrap and panic, as tests do.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 use std::fs;
 use std::path::Path;
 

@@ -81,6 +81,8 @@ fn one_column_of_x() {
     assert_eq!(recording.origin.as_deref(), Some("2026-11-22T09:13:00"));
     assert_eq!((recording.tables.len(), recording.tables[0].clock), (1, Some(0)));
     assert_eq!(numbers(&recording, "X_Value"), [0.5, 0.6, 0.7]);
+    let dated: Vec<bool> = recording.tables[0].columns.iter().map(|c| c.is_dated).collect();
+    assert_eq!(dated, [true, false, false]);
     assert_eq!((numbers(&recording, "p"), numbers(&recording, "F")), (&[1.5, 2.5, 3.5][..], &[-2.0, -3.0, -4.0][..]));
     let units: Vec<_> = recording.tables[0].columns.iter().map(|c| c.unit.as_deref()).collect();
     assert_eq!(units, [Some("s"), Some("kPa"), Some("N")]);
@@ -405,6 +407,7 @@ fn any_key_may_be_missing() {
     let without = text.lines().filter(|l| !l.starts_with("Date") && !l.starts_with("Time\t")).map(|l| format!("{l}\n"));
     let recording = read(&without.collect::<String>());
     assert_eq!((numbers(&recording, "X_Value"), &recording.origin), (&[0.0, 0.1, 0.2][..], &None));
+    assert!(!recording.tables[0].columns[0].is_dated);
     has_reason(&recording, "no start is stated");
     has_reason(&read(&text.replace("X_Dimension\tTime\tTime\t\n", "")), "X_Dimension is not stated");
     // Nothing but names and rows behind the end of a header.

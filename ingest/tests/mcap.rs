@@ -186,6 +186,8 @@ fn units_and_clocks_are_those_of_ros() {
     assert_eq!(unit(force, "header.stamp").as_deref(), Some("s"));
     assert_eq!(pressure.clock.map(|c| pressure.columns[c].name.as_str()), Some("header.stamp"));
     assert_eq!(Stamp::Header.column(pressure), Some("header.stamp"));
+    let dated = pressure.columns.iter().filter(|column| column.is_dated).map(|column| column.name.as_str());
+    assert_eq!(dated.collect::<Vec<_>>(), ["log_time", "publish_time", "header.stamp"]);
     assert_eq!(Stamp::Log.column(pressure), Some("log_time"));
     assert_eq!(found.metadata, ["/force: frame_id ``", "/pressure: frame_id ``"]);
     let raw = written(&rig(5), &small_chunks(Compression::Zstd));

@@ -185,6 +185,9 @@ fn stamps_of_a_terminal_are_a_column_in_s() {
 
     let log = serial("[2026-11-22 09:13:00.500] 0,1.5\n[2026-11-22 09:13:01.500] 1,2.5\n");
     assert_eq!((numbers(&log, "terminal_time"), log.origin.as_deref()), (&[0.5, 1.5][..], Some("2026-11-22T09:13:00")));
+    // The counter beside the stamps counts from a zero of its own.
+    let dated: Vec<bool> = log.tables[0].columns.iter().map(|c| c.is_dated).collect();
+    assert_eq!(dated, [true, false, false]);
 
     let log = serial("23:59:59.5 -> p=1\n00:00:00.5 -> p=2\n00:00:01.5 -> p=3\n");
     assert_eq!(numbers(&log, "terminal_time"), [86_399.5, 86_400.5, 86_401.5]);

@@ -132,6 +132,7 @@ fn instants_are_seconds_since_the_first_one_to_the_last_fraction() {
         let recording = file(&order.segment(USUAL, &[object], &data));
         assert_eq!(column(&recording, "g.t"), [0.5, 1.1, -1.0]);
         assert_eq!(recording.origin.as_deref(), Some("1904-01-01T01:00:00Z"));
+        assert!(recording.tables[0].columns[0].is_dated);
         // An instant that was not set is no origin: later ones would lose their last digits.
         let unset = [order.stamp(0, 0), order.stamp(DAY, 1 << 63), order.stamp(DAY, tenth)].concat();
         let object = order.object("/'g'/'t'", &order.index(0x44, 3), &[]);
@@ -153,6 +154,7 @@ fn what_a_segment_does_not_say_is_as_before() {
     assert_eq!(names(&recording), [["rig.time", "rig.p", "rig.F"]]);
     let time: Vec<f64> = (0..18).map(|i| f64::from(i) * 0.01).collect();
     assert_eq!(column(&recording, "rig.time"), time);
+    assert!(!recording.tables[0].columns[0].is_dated);
     assert_eq!((recording.tables[0].clock, recording.origin), (Some(0), None));
 }
 

@@ -89,6 +89,7 @@ fn seconds_since_1970_and_records_that_take_turns() {
     let log = recording(&text, Format::Trakstar);
     assert_eq!((log.tables.len(), log.origin.as_deref()), (4, Some("2026-11-22T09:13:00Z")));
     assert_eq!(numbers(&log, 0, "time")[..2], [0.25, 0.3125]);
+    assert!(log.tables[0].columns.iter().all(|column| column.is_dated == (column.name == "time")));
     assert_eq!(log.tables[0].columns[1].unit.as_deref(), Some("in"));
 }
 
@@ -331,6 +332,8 @@ fn stamps_in_delimited_text_become_seconds() {
     let log = recording("stamp,p\n2026-11-22 09:13:00.500,1\n2026-11-22 09:13:00.600,2\nERR,3\n", Format::Csv);
     assert_eq!(log.origin.as_deref(), Some("2026-11-22T09:13:00"));
     assert_eq!(numbers(&log, 0, "stamp")[..2], [0.5, 0.6]);
+    let dated: Vec<bool> = log.tables[0].columns.iter().map(|c| c.is_dated).collect();
+    assert_eq!(dated, [true, false]);
     assert_eq!(log.tables[0].columns[0].unit.as_deref(), Some("s"));
     assert_eq!(told(&log), [(FindingKind::NonNumericCell, Severity::Excluded, 1, vec![(4, 4)])]);
 
@@ -339,6 +342,7 @@ fn stamps_in_delimited_text_become_seconds() {
 
     let log = recording("when,p\n01/02/2026 09:00:00,1\n01/02/2026 09:00:01,2\n", Format::Csv);
     assert_eq!((numbers(&log, 0, "when"), log.origin.as_deref()), (&[32_400.0, 32_401.0][..], None));
+    assert!(!log.tables[0].columns[0].is_dated);
     assert_eq!(told(&log), [(FindingKind::AmbiguousDate, Severity::Note, 1, vec![(2, 2)])]);
 
     let log = recording("when,p\n01/02/2026 09:00:00,1\n02/02/2026 09:00:01,2\n", Format::Csv);

@@ -1,10 +1,12 @@
 //! A measured quantity against gauge pressure: where published tables and raw sessions meet.
 
+mod census;
 mod plateaus;
 mod readings;
 mod session;
 
-pub use session::{Census, POINTS_MAX};
+pub use census::{Census, TableCensus, Unmet};
+pub use session::POINTS_MAX;
 
 use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity};
 use pneuval_ingest::number::Printed;

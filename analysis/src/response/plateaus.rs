@@ -7,8 +7,13 @@ use pneuval_ingest::finding::median_step;
 /// A step of time longer than so many usual ones ends a stretch: nobody knows what happened in it.
 const GAP_STEPS: f64 = 5.0;
 
-/// Durations are differences of stamps, which are rounded: so much less is still enough.
-const ROUNDING: f64 = 1e-9;
+/// So many steps of a double may lie between two writings of one instant: the roundings of two stamps, and of what is added to them.
+const STAMP_ROUNDINGS: f64 = 4.0;
+
+/// What rounding leaves open of a difference of two stamps of this size, in s.
+pub(super) fn rounding_s(stamp_s: f64) -> f64 {
+    STAMP_ROUNDINGS * f64::EPSILON * stamp_s.abs()
+}
 
 /// The ends of stretches in which every channel stays within its tolerance of the middle of its range for long enough.
 ///
@@ -25,7 +30,9 @@ pub fn plateaus(
 ) -> Vec<Vec<usize>> {
     let stamps: Vec<f64> = usable.iter().map(|&i| seconds[i]).collect();
     let longest_step = median_step(&stamps).map_or(f64::INFINITY, |step| GAP_STEPS * step);
-    let slack = ROUNDING * stamps.last().map_or(0.0, |last| last.abs().max(hold_s));
+    let largest = stamps.iter().fold(hold_s, |most, stamp| most.max(stamp.abs()));
+    // A duration is a difference of stamps: what their roundings take from it is still enough.
+    let slack = rounding_s(largest);
     let mut ranges: Vec<Range> = steady.iter().map(|(values, tolerance)| Range::new(values, 2.0 * tolerance)).collect();
     let mut found = Vec::new();
     let (mut start, mut end) = (0, 0);
@@ -147,6 +154,17 @@ mod tests {
         let found = plateaus(&usable, &seconds, &[(&pressure, 10.0)], 0.4, 0.2);
         assert_eq!(found.len(), 20);
         assert!(found.iter().all(|rows| rows.len() == 3), "{found:?}");
+    }
+
+    #[test]
+    fn stamps_since_1970_are_as_long_as_any() {
+        // 2 s at each of three pressures; counted from 1970 a nanosecond for each second would be more than a second.
+        let seconds: Vec<f64> = at_10_hz(60).iter().map(|t| 1_795_338_780.0 + t).collect();
+        let pressure: Vec<f64> = (0..60).map(|i| 1e4 * f64::from(i / 20)).collect();
+        let usable: Vec<usize> = (0..60).collect();
+        let found = plateaus(&usable, &seconds, &[(&pressure, 100.0)], 1.9, 0.5);
+        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [6, 6, 6]);
+        assert!(plateaus(&usable, &seconds, &[(&pressure, 100.0)], 2.0, 0.5).is_empty());
     }
 
     #[test]

@@ -7,14 +7,11 @@
 use pneuval_ingest::manifest::{Clocks, PointRule, ResponseSpec};
 use pneuval_ingest::session::{Run, Session, Stream};
 
-use super::plateaus::plateaus;
-use super::session::Census;
+use super::census::{Census, TableCensus, Unmet};
+use super::plateaus::{plateaus, rounding_s};
 
 /// Measured conditions so near each other, as a share of the largest, are one setting.
 pub(super) const SETTING_SHARE: f64 = 0.01;
-
-/// One instant, stamped twice, may differ by the roundings of two stamps and a shift: so many steps of a double.
-const STAMP_ROUNDINGS: f64 = 4.0;
 
 /// A point of one run, before repeats meet.
 pub(super) struct Reading {
@@ -87,8 +84,13 @@ impl<'a> Needed<'a> {
     /// Adds its samples and holes.
     pub fn count(&self, census: &mut Census) {
         for part in &self.parts {
-            census.samples += part.stream.samples;
-            census.holes += (0..part.stream.samples).filter(|&i| !part.is_whole(i)).count();
+            let samples = part.stream.samples;
+            let holes = (0..samples).filter(|&i| !part.is_whole(i)).count();
+            census.samples += samples;
+            census.holes += holes;
+            if self.parts.len() > 1 {
+                census.add(TableCensus { table: part.stream.title(), samples, holes });
+            }
         }
     }
 
@@ -97,8 +99,8 @@ impl<'a> Needed<'a> {
         self.parts[0].is_stamped(i) && self.pressures.iter().chain(&self.conditions).all(|c| c[i].is_finite())
     }
 
-    /// The readings of the run, which is number `run`.
-    pub fn read(&self, run: usize, spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
+    /// The readings of a run, which is number `number`.
+    pub fn read(&self, (number, run): (usize, &str), spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
         let first = &self.parts[0];
         let stretches: Vec<Vec<usize>> = match spec.points {
             PointRule::Samples { .. } => {
@@ -119,27 +121,34 @@ impl<'a> Needed<'a> {
             let stamp = |i: usize| first.stream.seconds.as_ref().map_or(f64::NAN, |seconds| seconds[i]);
             let mut of_parts = vec![rows];
             for other in &mut others {
-                of_parts.push(other.rows(stamp(start), stamp(end), census));
+                of_parts.push(other.rows((stamp(start), stamp(end)), census));
             }
             let rows = &of_parts[0];
             readings.push(Reading {
-                run,
+                run: number,
                 line: first.stream.lines.line_of(start),
                 pressures: self.pressures.iter().map(|c| mean(c, rows)).collect(),
                 conditions: self.conditions.iter().map(|c| mean(c, rows)).collect(),
                 measured: self.measured.iter().map(|(part, c)| mean(c, &of_parts[*part])).collect(),
             });
         }
+        census.unmet.extend(others.into_iter().filter_map(|other| other.unmet(run)));
         readings
     }
 }
 
 /// The samples of a stream that count, to be asked for by windows of time that rise.
 struct Windows<'a> {
+    stream: &'a Stream,
     seconds: &'a [f64],
     whole: Vec<usize>,
     /// How many of them lay in windows or before them.
     passed: usize,
+    /// From the first window to the last.
+    reach_s: Option<(f64, f64)>,
+    /// Windows, and those of them in which nothing lay.
+    asked: usize,
+    empty: usize,
 }
 
 impl<'a> Windows<'a> {
@@ -147,18 +156,36 @@ impl<'a> Windows<'a> {
         let seconds = part.stream.seconds.as_deref().unwrap_or_default();
         // Without stamps nothing lies in any window.
         let whole = if part.stream.seconds.is_some() { part.whole() } else { vec![] };
-        Self { seconds, whole, passed: 0 }
+        Self { stream: part.stream, seconds, whole, passed: 0, reach_s: None, asked: 0, empty: 0 }
     }
 
     /// The samples stamped from `first_s` to `last_s`. Stamps that count never go back.
-    fn rows(&mut self, first_s: f64, last_s: f64, census: &mut Census) -> Vec<usize> {
-        let slack = STAMP_ROUNDINGS * f64::EPSILON * first_s.abs().max(last_s.abs());
+    fn rows(&mut self, (first_s, last_s): (f64, f64), census: &mut Census) -> Vec<usize> {
+        // One instant, stamped by two devices, is still one.
+        let slack = rounding_s(first_s.abs().max(last_s.abs()));
         let begin = self.whole.partition_point(|&i| self.seconds[i] < first_s - slack);
         let end = self.whole.partition_point(|&i| self.seconds[i] <= last_s + slack).max(begin);
         // Two windows may share a stamp: its samples are counted once.
         census.used += end.saturating_sub(self.passed.max(begin));
         self.passed = self.passed.max(end);
+        self.reach_s = Some((self.reach_s.map_or(first_s, |(first, _)| first), last_s));
+        self.asked += 1;
+        self.empty += usize::from(begin == end);
         self.whole[begin..end].to_vec()
+    }
+
+    /// Plateaus at which nothing was stamped.
+    fn unmet(self, run: &str) -> Option<Unmet> {
+        let stamp = |i: Option<&usize>| i.map(|&i| self.seconds[i]);
+        (self.empty > 0).then(|| Unmet {
+            run: run.to_owned(),
+            device: self.stream.device.clone(),
+            table: self.stream.title(),
+            plateaus: self.asked,
+            unmet: self.empty,
+            plateaus_s: self.reach_s.unwrap_or_default(),
+            table_s: stamp(self.whole.first()).zip(stamp(self.whole.last())),
+        })
     }
 }
 

@@ -17,6 +17,7 @@ use pneuval_ingest::manifest::{Condition, PointRule, ResponseSpec};
 use pneuval_ingest::number::Printed;
 use pneuval_ingest::session::Session;
 
+use super::census::Census;
 use super::readings::{Needed, Reading, SETTING_SHARE};
 use super::{IntervalKind, Response, ResponsePoint};
 use crate::verdict::Basis;
@@ -29,18 +30,6 @@ const ZERO_SHARE: f64 = 0.005;
 
 /// So near zero, as a share of the largest, a pressure is what rounding leaves of a difference, and is zero.
 const ROUNDING_SHARE: f64 = 1e-9;
-
-/// What became of the samples of a session on their way to points. A sample is one of a stream; where the channels of a response come
-/// from several, those of all of them are counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Census {
-    /// Samples of the runs.
-    pub samples: usize,
-    /// Samples with a hole in one of the channels needed of their stream, or without a stamp that counts.
-    pub holes: usize,
-    /// Samples that lie in a point: on a stream beside that of the pressures, those stamped within the window of a plateau.
-    pub used: usize,
-}
 
 impl Response {
     /// The response that a session declares, and what became of its samples.
@@ -60,7 +49,7 @@ impl Response {
         }
         let mut readings = Vec::new();
         for (i, needed) in runs.iter().enumerate() {
-            readings.extend(needed.read(i, spec, &mut census));
+            readings.extend(needed.read((i, names[i]), spec, &mut census));
         }
         let largest = readings.iter().flat_map(|r| &r.pressures).map(|p| p.abs()).fold(0.0, f64::max);
         for pressure in readings.iter_mut().flat_map(|r| &mut r.pressures) {

@@ -118,10 +118,18 @@ pub struct SessionRecord {
 }
 
 impl SessionRecord {
-    /// Samples excluded and lines skipped, as a share of what there should be.
+    /// Samples excluded and lines skipped, as a share of what there should be; where the channels of a response come from several
+    /// tables, at least the share of the table that lost most.
     pub fn excluded_share(&self) -> f64 {
         let lost = self.samples_excluded + self.lines_skipped;
-        lost as f64 / (self.samples_read + self.lines_skipped).max(1) as f64
+        let of_all = lost as f64 / (self.samples_read + self.lines_skipped).max(1) as f64;
+        self.worst_table().map_or(of_all, |table| table.excluded_share().max(of_all))
+    }
+
+    /// The table that lost the largest share of its samples, where a response needs several.
+    pub fn worst_table(&self) -> Option<&TableRecord> {
+        let tables = self.responses.iter().flat_map(|response| &response.tables);
+        tables.max_by(|a, b| a.excluded_share().total_cmp(&b.excluded_share()))
     }
 }
 
@@ -131,7 +139,7 @@ impl SessionRecord {
 pub struct RunRecord {
     /// Its id.
     pub id: String,
-    /// Its log.
+    /// Its log, or its logs one behind the other.
     pub file: String,
     /// Samples.
     pub samples: usize,
@@ -171,6 +179,28 @@ pub struct CensusRecord {
     pub used: usize,
     /// Points.
     pub points: usize,
+    /// Samples and holes table by table, where the channels come from several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tables: Vec<TableRecord>,
+}
+
+/// What became of the samples of one table of a session.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TableRecord {
+    /// Its device and topic.
+    pub table: String,
+    /// Samples read.
+    pub samples: usize,
+    /// Samples with a hole in a channel needed.
+    pub holes: usize,
+}
+
+impl TableRecord {
+    /// Samples excluded as a share of those read.
+    pub fn excluded_share(&self) -> f64 {
+        self.holes as f64 / self.samples.max(1) as f64
+    }
 }
 
 /// A result stated in a paper.

@@ -129,6 +129,8 @@ kinds! {
     Unscaled = "unscaled",
     /// Seconds were added to stamps, so that the files of a run count from one instant.
     ClockShift = "clock-shift",
+    /// Plateaus of the pressure within whose windows another device or topic stamped nothing.
+    UnmetPlateaus = "unmet-plateaus",
     /// A clock without a date, in a file whose other clocks have one.
     NoDate = "no-date",
 }

@@ -91,7 +91,12 @@ impl<'a> Sheet<'a> {
 
     /// Adds a column of numbers; rows before it are holes. Where it is `expected`, a row that holds nothing for it is told.
     pub fn numbers(&mut self, name: &str, unit: Option<&str>, is_expected: bool) -> Result<usize, IngestError> {
-        self.column(name, unit, is_expected, Some(f64::NAN))
+        self.column((name, unit), unit == Some("s"), is_expected, Some(f64::NAN))
+    }
+
+    /// Adds a column of stamps, whose unit may be said later: they are kept with whatever they are the clock of.
+    pub fn stamps(&mut self, name: &str, unit: Option<&str>) -> Result<usize, IngestError> {
+        self.column((name, unit), true, true, Some(f64::NAN))
     }
 
     /// Says that the numbers of a column are seconds since the recording's origin.
@@ -101,41 +106,27 @@ impl<'a> Sheet<'a> {
         }
     }
 
+    /// Adds a column of text that holds stamps: it is kept with whatever it is the clock of.
+    pub fn written_stamps(&mut self, name: &str) -> Result<usize, IngestError> {
+        self.column((name, None), true, false, None)
+    }
+
     /// Adds a column of marks: rows without one, those before it too, hold 0.
     pub fn marks(&mut self, name: &str) -> Result<usize, IngestError> {
-        self.column(name, None, false, Some(0.0))
+        self.column((name, None), false, false, Some(0.0))
     }
 
     /// Adds a column of text.
     pub fn text(&mut self, name: &str) -> Result<usize, IngestError> {
-        self.column(name, None, false, None)
-    }
-
-    /// Adds a column of stamps whose unit may not be known yet: it is kept with whatever it is the clock of.
-    pub fn stamps(&mut self, name: &str, unit: Option<&str>) -> Result<usize, IngestError> {
-        let is_wanted = self.keep.wants(&self.name);
-        self.kept_column(name, unit, true, Some(f64::NAN), is_wanted)
+        self.column((name, None), false, false, None)
     }
 
     fn column(
         &mut self,
-        name: &str,
-        unit: Option<&str>,
+        (name, unit): (&str, Option<&str>),
+        is_stamp: bool,
         is_expected: bool,
         fill: Option<f64>,
-    ) -> Result<usize, IngestError> {
-        // Stamps are kept with whatever they are the clock of.
-        let is_wanted = unit == Some("s") && self.keep.wants(&self.name);
-        self.kept_column(name, unit, is_expected, fill, is_wanted)
-    }
-
-    fn kept_column(
-        &mut self,
-        name: &str,
-        unit: Option<&str>,
-        is_expected: bool,
-        fill: Option<f64>,
-        is_wanted: bool,
     ) -> Result<usize, IngestError> {
         let number = self.columns.len() + 1;
         if number > LOG_COLUMNS_MAX {
@@ -147,11 +138,10 @@ impl<'a> Sheet<'a> {
             copy += 1;
             unique = format!("{name} ({copy})");
         }
-        let is_stamp = unit == Some("s");
-        let keep = self.keep.keeps(&self.name, &unique, number) || is_wanted;
+        let keep = self.keep.keeps(&self.name, &unique, number) || (is_stamp && self.keep.wants(&self.name));
         // What is kept can be looked at later.
         let seems = || fill.filter(|fill| fill.is_nan() && !keep).and_then(|_| csv::clock_unit(name, unit));
-        let clock = if is_stamp { Some(ClockUnit::Seconds(1.0)) } else { seems() };
+        let clock = if unit == Some("s") { Some(ClockUnit::Seconds(1.0)) } else { seems() };
         let mut numbers = clock.map_or_else(|| Builder::new(keep), |unit| Builder::clock(keep, unit));
         let mut text = fill.is_none().then(|| (Vec::new(), keep));
         let fill = fill.unwrap_or(f64::NAN);

@@ -27,7 +27,7 @@ use crate::error::{IngestError, Place};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity};
 use crate::formats;
 use crate::formats::stamps::Epoch;
-use crate::manifest::{Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest};
+use crate::manifest::{Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest, Views};
 use crate::raw::RawFile;
 use crate::recording::Keep;
 use crate::units::{Dimension, Unit};
@@ -154,13 +154,8 @@ impl FileRuns {
     ///
     /// # Errors
     /// As [`Session::load`], for this file.
-    pub fn read(
-        manifest: &SessionManifest,
-        rig: Option<&Rig>,
-        of: LogFile,
-        raw: &RawFile,
-    ) -> Result<Self, IngestError> {
-        let (file, manifest) = (of.name, &manifest.of_device(of.device));
+    pub fn read(views: &Views, rig: Option<&Rig>, of: LogFile, raw: &RawFile) -> Result<Self, IngestError> {
+        let (file, manifest) = (of.name, views.of(of));
         let reader = Reader { manifest, rig };
         let columns = columns_asked(manifest);
         let recording = formats::read(raw, &manifest.reader, Keep::Only(&columns))?;
@@ -204,9 +199,10 @@ impl Session {
         let (mut lost, mut of_files) = (Vec::new(), Vec::new());
         let mut runs: Vec<(usize, Run, Vec<Finding>)> = Vec::new();
         let mut unusable = Vec::new();
+        let views = manifest.views();
         let mut bases = Bases::new(&manifest);
         for (log, (_, raw)) in manifest.logs().into_iter().zip(&raws) {
-            match FileRuns::read(&manifest, rig.as_ref(), log, raw) {
+            match FileRuns::read(&views, rig.as_ref(), log, raw) {
                 Ok(mut read) => {
                     for (number, run, told) in &mut read.runs {
                         bases.align(*number, run, told)?;

@@ -81,6 +81,7 @@ fn store(
     let mut names = BTreeSet::new();
     let (mut files, mut read, mut unchanged) = (Vec::new(), Vec::new(), Vec::new());
     let mut unusable = None;
+    let views = manifest.views();
     let mut bases = Bases::new(manifest);
     for (log, (digest, raw)) in manifest.logs().into_iter().zip(raws) {
         let kept = before.and_then(|before| before.file(digest)).filter(|file| file.is_whole(root));
@@ -94,7 +95,7 @@ fn store(
             continue;
         }
         read.push(digest.name.clone());
-        match FileRuns::read(manifest, rig, log, raw) {
+        match FileRuns::read(&views, rig, log, raw) {
             Ok(mut runs) => {
                 for (number, run, told) in &mut runs.runs {
                     bases.align(*number, run, told)?;

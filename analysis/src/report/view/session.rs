@@ -5,7 +5,7 @@ use serde::Serialize;
 use pneuval_ingest::units::Unit;
 
 use crate::format;
-use crate::results::{ChannelRecord, DatasetRecord, MaterialRecord, RunRecord};
+use crate::results::{ChannelRecord, DatasetRecord, MaterialRecord, RunRecord, TableRecord};
 
 /// A session.
 #[derive(Serialize)]
@@ -67,7 +67,12 @@ pub(super) fn session(dataset: &DatasetRecord) -> Option<SessionView> {
         ),
     ));
     let census = session.responses.iter().map(|r| {
-        format!("{}: {} samples, {} with a hole, {} in {} points", r.quantity, r.samples, r.holes, r.used, r.points)
+        let table = |t: &TableRecord| format!("; {} of {} samples of {} with a hole", t.holes, t.samples, t.table);
+        let tables: String = r.tables.iter().map(table).collect();
+        format!(
+            "{}: {} samples, {} with a hole, {} in {} points{tables}",
+            r.quantity, r.samples, r.holes, r.used, r.points
+        )
     });
     Some(SessionView {
         title: dataset.title.clone(),

@@ -227,7 +227,7 @@ impl<'a> Log<'a> {
                     sheet.numbers(name, Some(unit).filter(|unit| !unit.is_empty()), true)?
                 }
                 Shape::Word => {
-                    let column = sheet.text(written.map_or("time", String::as_str))?;
+                    let column = sheet.written_stamps(written.map_or("time", String::as_str))?;
                     has_clock.get_or_insert(column);
                     column
                 }
@@ -243,11 +243,13 @@ impl<'a> Log<'a> {
                         (None, _, true) => "time",
                         _ => "number",
                     };
-                    let column = sheet.numbers(name, unit_in_name(name), true)?;
                     if is_time {
+                        let column = sheet.stamps(name, unit_in_name(name))?;
                         has_clock.get_or_insert(column);
+                        column
+                    } else {
+                        sheet.numbers(name, unit_in_name(name), true)?
                     }
-                    column
                 }
             };
             columns.push(column);

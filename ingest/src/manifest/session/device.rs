@@ -1,6 +1,6 @@
 //! What logs beside the runs' `file`: devices that each write a file of their own.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -172,15 +172,31 @@ pub(super) fn check_files(document: &Document, devices: &[DeviceSpec], raw: &[Ra
     Ok(())
 }
 
+/// A session as each of its devices sees it: its channels, its reader and clock, runs whose `file` is its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Views {
+    file: SessionManifest,
+    devices: Vec<(String, SessionManifest)>,
+}
+
+impl Views {
+    /// What the device sees that wrote a log.
+    pub fn of(&self, log: LogFile) -> &SessionManifest {
+        let of_device = self.devices.iter().find(|(device, _)| Some(device.as_str()) == log.device);
+        of_device.map_or(&self.file, |(_, view)| view)
+    }
+}
+
 impl SessionManifest {
     /// The files that runs name, each once: of every run first its `file`, then those of the devices in their order.
     pub fn logs(&self) -> Vec<LogFile<'_>> {
         let mut logs: Vec<LogFile> = Vec::new();
+        let mut seen = HashSet::new();
         for RunSpec { file, files, line, .. } in &self.runs {
             let of_devices =
                 self.devices.iter().filter_map(|device| Some((Some(device.id.as_str()), files.get(&device.id)?)));
             for (device, name) in std::iter::once((None, file)).chain(of_devices) {
-                if logs.iter().all(|log| log.name != name.as_str()) {
+                if seen.insert(name.as_str()) {
                     logs.push(LogFile { name, device, line: *line });
                 }
             }
@@ -198,9 +214,13 @@ impl SessionManifest {
         device_of(&self.channels, &self.derived, channel)
     }
 
-    /// The session as one device sees it, or `file`: its channels, its reader and clock, runs whose `file` is its own.
-    #[must_use]
-    pub fn of_device(&self, device: Option<&str>) -> Self {
+    /// The session as `file` sees it and as each device does.
+    pub fn views(&self) -> Views {
+        let devices = self.devices.iter().map(|device| (device.id.clone(), self.of_device(Some(&device.id))));
+        Views { file: self.of_device(None), devices: devices.collect() }
+    }
+
+    fn of_device(&self, device: Option<&str>) -> Self {
         let is_of = |id: &str| self.device_of(id) == device;
         let mut view = self.clone();
         view.channels.retain(|channel| channel.device.as_deref() == device);

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-pub use device::{Clocks, DeviceSpec, LogFile};
+pub use device::{Clocks, DeviceSpec, LogFile, Views};
 pub use follows::Follows;
 use follows::check_follows;
 pub use raw::channel_id;

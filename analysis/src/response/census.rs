@@ -1,0 +1,75 @@
+//! What became of the samples of a session on their way to the points of a response.
+
+/// Samples read, lost and used. A sample is one of a table, with its stamp; where the channels of a response come from several tables,
+/// those of all of them are counted.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Census {
+    /// Samples of the runs.
+    pub samples: usize,
+    /// Samples with a hole in one of the channels needed of their table, or without a stamp that counts.
+    pub holes: usize,
+    /// Samples that lie in a point: of a table beside that of the pressures, those stamped within the window of a plateau.
+    pub used: usize,
+    /// The same samples and holes table by table, where there are several: a slow one would not be seen beside a fast one.
+    pub tables: Vec<TableCensus>,
+    /// Plateaus at which nothing was measured.
+    pub unmet: Vec<Unmet>,
+}
+
+/// Samples of one table, of all runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TableCensus {
+    /// Its device and topic.
+    pub table: String,
+    /// Samples of the runs.
+    pub samples: usize,
+    /// Samples with a hole, or without a stamp that counts.
+    pub holes: usize,
+}
+
+/// Plateaus of a run within whose windows no sample of a table is stamped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unmet {
+    /// The run.
+    pub run: String,
+    /// The device of the table; `None`: the run's `file`.
+    pub device: Option<String>,
+    /// The table: its device and topic.
+    pub table: String,
+    /// Plateaus of the run.
+    pub plateaus: usize,
+    /// Those of them without a sample.
+    pub unmet: usize,
+    /// From the first of their windows to the last, in s.
+    pub plateaus_s: (f64, f64),
+    /// From the first to the last sample of the table that counts, in s.
+    pub table_s: Option<(f64, f64)>,
+}
+
+impl Census {
+    /// Adds the samples of a run.
+    pub(super) fn add(&mut self, more: TableCensus) {
+        match self.tables.iter_mut().find(|known| known.table == more.table) {
+            Some(known) => {
+                known.samples += more.samples;
+                known.holes += more.holes;
+            }
+            None => self.tables.push(more),
+        }
+    }
+}
+
+impl Unmet {
+    /// In words.
+    pub fn text(&self) -> String {
+        let Self { run, table, plateaus, unmet, plateaus_s: (first, last), .. } = self;
+        let reach = self.table_s.map_or_else(
+            || "it has no sample that counts".to_owned(),
+            |(from, to)| format!("its samples reach from {from:.3} s to {to:.3} s"),
+        );
+        format!(
+            "run {run}: no sample of {table} is stamped within the windows of {unmet} of {plateaus} plateaus, which lie from {first:.3} s to \
+             {last:.3} s; {reach}. Nothing is measured there"
+        )
+    }
+}
