@@ -190,7 +190,7 @@ pub struct Predict {
 /// to validate it, and truth.json, which says what really happened. The same seed gives the same bytes.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  pneuval rehearse internal-support --out monday && pneuval validate monday\n  pneuval rehearse fruit-finger --format tdms --seed 7\n  pneuval rehearse internal-support --truth \"outer-diameter = consistent\"\n  pneuval rehearse pdms-wall --fault gap --fault flatline@force\n  pneuval rehearse --faults"
+    after_help = "Examples:\n  pneuval rehearse internal-support --out monday && pneuval validate monday\n  pneuval rehearse fruit-finger --format tdms --seed 7\n  pneuval rehearse internal-support --truth \"outer-diameter = mine.csv\"\n  pneuval rehearse pdms-wall --fault gap --fault flatline@force\n  pneuval rehearse --faults\n  pneuval rehearse wave-finger --plan > mine.toml && pneuval rehearse mine.toml"
 )]
 pub struct Rehearse {
     /// A plan: the id of an embedded one or of rehearsals/<id>.toml here or above, or a file
@@ -234,6 +234,9 @@ pub struct Rehearse {
     /// What goes wrong, in the second run unless said otherwise; may be repeated
     #[arg(long, value_name = "NAME[@CHANNEL][:RUN]")]
     pub fault: Vec<String>,
+    /// Print the plan, to begin one of your own with
+    #[arg(long)]
+    pub plan: bool,
     /// List the faults
     #[arg(long, exclusive = true)]
     pub faults: bool,

@@ -38,6 +38,10 @@ pub fn run(arguments: &Rehearse) -> Result<Outcome, Failure> {
             next: suggestion("", pneuval_datasets::rehearsals()),
         });
     };
+    if arguments.plan {
+        output::print(&pneuval_datasets::rehearse::plan_text(plan, Path::new("."))?)?;
+        return Ok(Outcome::Expected);
+    }
     let request = request(arguments)?;
     let rehearsal = Rehearsal::find(plan, Path::new("."), request)?;
     let folder = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("rehearsed-{}", rehearsal.id())));

@@ -214,10 +214,10 @@ fn is_told_there(finding: &Finding, record: &FaultRecord) -> bool {
     let spans = &finding.spans;
     let inside = || spans.iter().all(|span| span.first_sample + 1 >= first && span.last_sample <= last + 1);
     match record.fault {
-        "truncated" | "glued-header" | "trailer" => true,
+        // Steps as a whole.
+        "truncated" | "glued-header" | "trailer" | "jitter" => true,
         "flatline" => spans.iter().any(|s| s.first_sample.abs_diff(first) <= 1 && s.last_sample.abs_diff(last) <= 1),
-        // Steps as a whole; a chunk as a whole.
-        "jitter" => true,
+        // A chunk as a whole.
         "flipped-bit" if record.lines.is_none() => true,
         _ => !spans.is_empty() && inside(),
     }

@@ -126,6 +126,15 @@ pub struct Written {
     pub faults: Vec<FaultRecord>,
 }
 
+/// The text of a plan, to begin one of one's own with.
+///
+/// # Errors
+/// [`DatasetError`] if there is none of that name, or it is not text.
+pub fn plan_text(name: &str, from: &Path) -> Result<String, DatasetError> {
+    let (located, _) = Folder::plan(name, from)?;
+    Ok(pneuval_ingest::document::utf8(&located.file, &located.bytes)?.to_owned())
+}
+
 /// A plan and all that it names, ready to be rehearsed.
 pub struct Rehearsal {
     plan: Plan,
