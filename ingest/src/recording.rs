@@ -24,6 +24,15 @@ pub struct Recording {
     pub origin: Option<String>,
 }
 
+impl Recording {
+    /// The origin that a column counts from: that of the recording, for the clock that the format gives a table and for instants.
+    pub fn origin_of(&self, table: usize, column: usize) -> Option<&str> {
+        let of = self.tables.get(table)?;
+        let counts = of.clock == Some(column) || of.columns.get(column)?.is_dated;
+        self.origin.as_deref().filter(|_| counts)
+    }
+}
+
 /// Columns of equal length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
@@ -57,6 +66,8 @@ pub struct Column {
     pub summary: Summary,
     /// The same of a column that is, or seems to be, a clock.
     pub clock: Option<ClockSummary>,
+    /// Whether its numbers are instants: seconds since the origin of the recording.
+    pub is_dated: bool,
 }
 
 /// The cells of a column.
@@ -109,7 +120,8 @@ impl Column {
         if let Cells::Numbers(numbers) = &cells {
             watch.block(numbers);
         }
-        Self { name: name.to_owned(), unit: unit.map(str::to_owned), cells, summary: watch.finish(), clock: None }
+        let (name, unit) = (name.to_owned(), unit.map(str::to_owned));
+        Self { name, unit, cells, summary: watch.finish(), clock: None, is_dated: false }
     }
 
     /// Whether it was watched as a clock and its stamps go forward.
@@ -331,6 +343,6 @@ impl Builder {
         self.watch(self.values.len() - self.watched);
         let cells = if self.keep { Cells::Numbers(self.values) } else { Cells::NotKept };
         let clock = self.clock.map(|(_, clock)| clock.finish());
-        Column { name, unit, cells, summary: self.watch.finish(), clock }
+        Column { name, unit, cells, summary: self.watch.finish(), clock, is_dated: false }
     }
 }

@@ -63,6 +63,8 @@ pub struct Stream {
     pub name: String,
     /// Time of each sample in s, if there is a clock; NaN where the stamp is no number or goes back.
     pub seconds: Option<Vec<f64>>,
+    /// The instant that they count from, where the log dates its stamps: RFC 3339, to the second.
+    pub origin: Option<String>,
     /// Line of the log of each sample; empty for files without lines.
     pub lines: LineMap,
     /// Samples.

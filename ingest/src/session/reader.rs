@@ -97,8 +97,10 @@ impl Reader<'_> {
         let mut streams = Vec::with_capacity(parts.len());
         for part in parts {
             let seconds = self.seconds(spec, log, part, findings)?;
+            let clock = self.clock(log, part.table)?.map(|clock| clock.column);
+            let origin = clock.and_then(|(table, column)| log.recording.origin_of(table, column)).map(str::to_owned);
             let name = log.table(part.table).name.clone();
-            streams.push(Stream { name, seconds, lines: part.lines.clone(), samples: part.samples() });
+            streams.push(Stream { name, seconds, origin, lines: part.lines.clone(), samples: part.samples() });
         }
         let mut channels = BTreeMap::new();
         for channel in &self.manifest.channels {

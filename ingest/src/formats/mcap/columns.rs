@@ -372,10 +372,22 @@ impl Columns {
             };
             match (builder, text) {
                 (Some(builder), _) => builder.finish(name, unit),
-                (None, Some(text)) => {
-                    Column { name, unit, cells: Cells::Text(text.cells), summary: Summary::default(), clock: None }
-                }
-                (None, None) => Column { name, unit, cells: Cells::NotKept, summary: Summary::default(), clock: None },
+                (None, Some(text)) => Column {
+                    name,
+                    unit,
+                    cells: Cells::Text(text.cells),
+                    summary: Summary::default(),
+                    clock: None,
+                    is_dated: false,
+                },
+                (None, None) => Column {
+                    name,
+                    unit,
+                    cells: Cells::NotKept,
+                    summary: Summary::default(),
+                    clock: None,
+                    is_dated: false,
+                },
             }
         };
         self.named.into_iter().map(column).collect()

@@ -342,7 +342,9 @@ impl Channel {
         match self.content {
             Content::Numbers(numbers) => vec![full(numbers, name, unit)],
             Content::Scaled(scaled) => vec![full(scaled.numbers, name, unit)],
-            Content::Instants(numbers) => vec![full(numbers, name, Some("s".to_owned()))],
+            Content::Instants(numbers) => {
+                vec![Column { is_dated: true, ..full(numbers, name, Some("s".to_owned())) }]
+            }
             Content::Complex(parts) => {
                 let [re, im] = *parts;
                 let [re_name, im_name] = [".re", ".im"].map(|part| unique(&format!("{name}{part}")));
