@@ -69,8 +69,13 @@ fn main() {
                         write(&mut bytes, &tables, &options).unwrap();
                         std::fs::write(Path::new(&folder).join(format!("{name}.lvm")), bytes).unwrap();
                         let truth: Vec<Column> = tables.into_iter().flat_map(|table| table.columns).collect();
-                        let plain =
-                            csv::WriteOptions { delimiter: b',', decimal: Decimal::Point, names: true, units: false };
+                        let plain = csv::WriteOptions {
+                            delimiter: b',',
+                            decimal: Decimal::Point,
+                            names: true,
+                            units: false,
+                            empty_holes: false,
+                        };
                         std::fs::write(Path::new(&folder).join(format!("{name}.csv")), csv::write(&truth, plain))
                             .unwrap();
                     }

@@ -555,7 +555,9 @@ fn what_is_written_reads_back_bit_for_bit() {
         (b' ', Decimal::Point),
         (b'|', Decimal::Comma),
     ] {
-        for (names, units) in [(false, false), (true, false), (true, true)] {
+        for (names, units, empty_holes) in
+            [(false, false, false), (true, false, false), (true, true, false), (true, true, true)]
+        {
             let mut columns: Vec<Column> = (1..=5)
                 .map(|i| {
                     let name = if names { format!("p {i}") } else { format!("column {i}") };
@@ -564,7 +566,7 @@ fn what_is_written_reads_back_bit_for_bit() {
                 .collect();
             let words = ["a", "b, \"c\"", " d;|e\t", "#f", "", "two\nlines"];
             columns[4].cells = Cells::Text((0..400).map(|i| words[i % words.len()].to_owned()).collect());
-            let text = write(&columns, WriteOptions { delimiter, decimal, names, units });
+            let text = write(&columns, WriteOptions { delimiter, decimal, names, units, empty_holes });
             let log = log(&text);
             assert_eq!((log.layout.delimiter, log.layout.decimal), (delimiter, decimal), "{}", &text[..200]);
             for (written, read) in columns.iter().zip(&log.columns) {

@@ -42,7 +42,7 @@ pub(crate) use cells::{Kind as CellKind, kind as cell_kind};
 pub use numbers::{Decimal, parse as parse_number};
 pub use sniff::{Comment, Comments, Layout};
 pub use source::Encoding;
-pub use write::{WriteOptions, write};
+pub use write::{WriteOptions, lines, write};
 
 /// What is known about a log beforehand; `None` is found out from the bytes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
