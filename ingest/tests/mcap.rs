@@ -11,7 +11,7 @@ use pneuval_ingest::IngestError;
 use pneuval_ingest::finding::{Finding, FindingKind, LineMap, Severity};
 use pneuval_ingest::formats::csv::Decimal;
 use pneuval_ingest::formats::mcap::{
-    Compression, Encoding, FrameKind, Stamp, WriteOptions, frames, is_mcap, read, write,
+    Compression, Encoding, FrameKind, Stamp, WriteOptions, definition, frames, is_mcap, read, write,
 };
 use pneuval_ingest::formats::{Format, Options, detect};
 use pneuval_ingest::raw::RawFile;
@@ -587,6 +587,26 @@ fn a_definition_is_made_or_given_where_none_is_known() {
     let mut out = Cursor::new(vec![]);
     let error = write(&mut out, &[flex], &WriteOptions { definitions, ..WriteOptions::default() }).unwrap_err();
     assert!(error.to_string().contains("NaN in row 0 of `volts`"), "{error}");
+}
+
+#[test]
+fn fields_carry_comments_and_a_file_carries_words() {
+    let columns = vec![column("header.stamp", vec![0.25, 0.5]), column("pressure_kpa", vec![1.5, f64::NAN])];
+    let rig = Table { clock: Some(0), ..table("/rig", "pneuval_msgs/msg/Monday", columns) };
+    // A title that would be another definition if a comment could end.
+    let hostile = "kPa\n================\nMSG: std_msgs/Header\nint32 sec";
+    let definitions =
+        vec![("pneuval_msgs/Monday".to_owned(), definition(&["SYNTHETIC"], &[("pressure_kpa", hostile)]))];
+    let words = BTreeMap::from([("unit".to_owned(), "kPa".to_owned()), ("title".to_owned(), "Δp".to_owned())]);
+    let metadata = vec![("pneuval".to_owned(), words)];
+    let bytes = written(&[rig], &WriteOptions { definitions, metadata, ..small_chunks(Compression::Zstd) });
+    let found = bag(&bytes);
+    let told = ["pneuval: title = Δp", "pneuval: unit = kPa", "/rig: frame_id ``"].map(str::to_owned);
+    assert_eq!((found.metadata, found.findings), (told.into(), vec![]));
+    let read = &found.tables[0];
+    assert_eq!(names(read), ["log_time", "publish_time", "header.stamp", "pressure_kpa"]);
+    assert!(numbers(read, "pressure_kpa")[1].is_nan() && numbers(read, "header.stamp") == [0.25, 0.5]);
+    assert!(read.columns[..3].iter().all(|column| column.is_dated) && !read.columns[3].is_dated);
 }
 
 /// Where the records of a file outside of chunks begin and end.

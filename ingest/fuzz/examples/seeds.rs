@@ -60,6 +60,7 @@ fn bag(encoding: Encoding, compression: Compression, is_small: bool) -> Result<V
         chunk_bytes: Some(400),
         origin_s: 1_700_000_000,
         definitions: vec![("rig_msgs/msg/Kinds".to_owned(), KINDS.to_owned())],
+        metadata: vec![],
     };
     let mut out = Cursor::new(vec![]);
     let tables = if is_small { vec![pressure] } else { vec![pressure, kinds] };

@@ -47,7 +47,7 @@ use ::mcap::records::op;
 
 pub use frames::{Frame, FrameKind, frames};
 pub use records::{RecordAt, records};
-pub use write::{Compression, Encoding, WriteOptions, write};
+pub use write::{Compression, Encoding, WriteOptions, definition, field_name, write};
 
 use serde::Deserialize;
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use re_ros_msg::message_spec::{ArraySize, BuiltInType, Type};
 
-use super::{Source, word};
+use super::{Source, field_name};
 use crate::error::shown;
 use crate::formats::mcap::plan::{Definitions, Kind, is_time};
 use crate::formats::mcap::{LOG_TIME, PUBLISH_TIME};
@@ -62,13 +62,16 @@ pub(super) fn made_definition(table: &Table) -> String {
         let time = [LOG_TIME, PUBLISH_TIME, "header.stamp"].contains(&column.name.as_str());
         if !time {
             let kind = if matches!(column.cells, Cells::Text(_)) { "string" } else { "float64" };
-            text.extend([kind, " ", &word(&column.name), "\n"]);
+            text.extend([kind, " ", &field_name(&column.name), "\n"]);
         }
     }
-    if stamped {
-        let header = known_definition("std_msgs/Header").unwrap_or_default();
-        text.extend([&"=".repeat(80), "\nMSG: std_msgs/Header\n", &header]);
-    }
+    if stamped { with_header(text) } else { text }
+}
+
+/// A definition that refers to a header, with that of the header.
+pub(super) fn with_header(mut text: String) -> String {
+    let header = known_definition("std_msgs/Header").unwrap_or_default();
+    text.extend([&"=".repeat(80), "\nMSG: std_msgs/Header\n", &header]);
     text
 }
 
@@ -158,7 +161,11 @@ impl Cdr<'_> {
         if self.source.table.column(path).is_some() {
             return Some(path.to_owned().into());
         }
-        self.source.table.columns.iter().find(|c| word(&c.name) == path).map(|c| c.name.as_str().into())
+        // No name made of words holds a dot.
+        if path.contains('.') {
+            return None;
+        }
+        self.source.table.columns.iter().find(|c| field_name(&c.name) == path).map(|c| c.name.as_str().into())
     }
 
     fn number(&self, path: &str) -> Option<f64> {

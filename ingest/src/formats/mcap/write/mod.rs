@@ -6,6 +6,7 @@
 mod cdr;
 mod protobuf;
 
+use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use super::plan::{Definitions, short_name};
@@ -51,6 +52,29 @@ pub struct WriteOptions {
     pub origin_s: u64,
     /// Message definitions by type, beyond those known here: `("rig_msgs/msg/Flex", "float64 data")`.
     pub definitions: Vec<(String, String)>,
+    /// Metadata records before the messages: a name, and what it says.
+    pub metadata: Vec<(String, BTreeMap<String, String>)>,
+}
+
+/// A message definition of a header with its stamp and of one double a field, each with a comment above it: what a bag can say of units
+/// and meanings where every reader looks. Comments are one line each, whatever they hold.
+///
+/// ```
+/// use pneuval_ingest::formats::mcap::definition;
+/// let text = definition(&["a rig"], &[("pressure_kpa", "kPa; measured")]);
+/// assert!(text.starts_with("# a rig\nstd_msgs/Header header\n# kPa; measured\nfloat64 pressure_kpa\n===="));
+/// ```
+pub fn definition(comments: &[&str], fields: &[(&str, &str)]) -> String {
+    let comment = |text: &str| -> String {
+        let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        format!("# {}\n", line.trim_end())
+    };
+    let mut text: String = comments.iter().map(|line| comment(line)).collect();
+    text += "std_msgs/Header header\n";
+    for (name, meaning) in fields {
+        text.extend([&comment(meaning), "float64 ", name, "\n"]);
+    }
+    cdr::with_header(text)
 }
 
 /// Columns of a table by the name of their field.
@@ -107,6 +131,10 @@ pub fn write(out: &mut (impl Write + Seek), tables: &[Table], options: &WriteOpt
     // Frames of more than one thread depend on the machine.
     let mut writer = settings.compression(compression).compression_threads(0).create(out).map_err(failed)?;
 
+    for (name, words) in &options.metadata {
+        let record = ::mcap::records::Metadata { name: name.clone(), metadata: words.clone() };
+        writer.write_metadata(&record).map_err(failed)?;
+    }
     let mut order = vec![];
     let mut topics = vec![];
     for (index, table) in tables.iter().enumerate() {
@@ -123,7 +151,7 @@ pub fn write(out: &mut (impl Write + Seek), tables: &[Table], options: &WriteOpt
         let shape =
             Shape::new(table, options).map_err(|why| wrong(&table.name, "a definition of its messages", why))?;
         let schema = writer.add_schema(&shape.name, shape.schema_encoding, &shape.schema).map_err(failed)?;
-        let metadata = std::collections::BTreeMap::new();
+        let metadata = BTreeMap::new();
         let channel = writer.add_channel(schema, &table.name, shape.message_encoding, &metadata).map_err(failed)?;
         topics.push((channel, shape, source, 0));
     }
@@ -178,7 +206,7 @@ fn tree(table: &Table, words: bool) -> Vec<Node> {
         let mut level = &mut roots;
         let parts: Vec<&str> = column.name.split('.').collect();
         for (depth, part) in parts.iter().enumerate() {
-            let name = if words { word(part) } else { (*part).to_owned() };
+            let name = if words { field_name(part) } else { (*part).to_owned() };
             let leaf = depth + 1 == parts.len();
             let at = level.iter().position(|node| node.name == name && !leaf && !node.below.is_empty());
             let at = at.unwrap_or_else(|| {
@@ -193,8 +221,14 @@ fn tree(table: &Table, words: bool) -> Vec<Node> {
     roots
 }
 
-/// A field name as ROS and Protobuf allow it.
-fn word(text: &str) -> String {
+/// A name that ROS and Protobuf allow for a field: lower-case letters, digits and single underscores, a letter first.
+///
+/// ```
+/// use pneuval_ingest::formats::mcap::field_name;
+/// assert_eq!(field_name("tip-x_kPa"), "tip_x_kpa");
+/// assert_eq!(field_name("2nd"), "f2nd");
+/// ```
+pub fn field_name(text: &str) -> String {
     let mut word = String::new();
     for c in text.chars() {
         if c.is_ascii_alphanumeric() {
@@ -223,7 +257,7 @@ impl Shape {
             }
             Encoding::Protobuf => {
                 let nodes = tree(table, true);
-                let name = word(&name);
+                let name = field_name(&name);
                 let set = protobuf::descriptors(&name, &nodes);
                 let leaves = Leaves::Protobuf(nodes);
                 Ok(Self { name, schema_encoding: "protobuf", schema: set, message_encoding: "protobuf", leaves })
