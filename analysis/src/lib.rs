@@ -35,6 +35,7 @@ pub mod format;
 pub mod gate;
 pub mod metrics;
 pub mod pairing;
+mod place;
 pub mod prediction;
 pub mod records;
 pub mod remark;
