@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -33,6 +33,8 @@ pub enum Command {
     Inspect(Inspect),
     /// Read the raw files of sessions into Parquet tables
     Ingest(Ingest),
+    /// Write measured and predicted values for other programs: MCAP, CSV, Parquet
+    Export(Export),
     /// Judge stored results again; the exit code is the verdict
     Gate(Gate),
     /// Draw the report again from stored numbers
@@ -123,6 +125,39 @@ pub struct Ingest {
     /// Print what is stored as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// Write measured and predicted values for other programs: MCAP for Foxglove and PlotJuggler, CSV, Parquet.
+///
+/// Of a session, every run with its channels and, at each sample, what every model of `validate` predicts at that pressure; and the points
+/// that are compared. Of a published dataset, its printed tables. Numbers are in the units they are shown in, which the files state.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval export monday --out for-foxglove\n  pneuval export lab --out tables --format parquet --json\n  pneuval export --out papers --format csv                the embedded papers\n\nExit codes: 0 all was written, 2 what you wrote is wrong, 3 data are lost or too many samples excluded, 4 a log cannot be used."
+)]
+pub struct Export {
+    /// Sessions, datasets, or folders of them; the embedded papers where there is none
+    pub paths: Vec<PathBuf>,
+    /// Folder for the files; an earlier export there is replaced
+    #[arg(long, value_name = "FOLDER")]
+    pub out: PathBuf,
+    /// How they are written
+    #[arg(long, value_enum, default_value_t = ExportFormat::Mcap)]
+    pub format: ExportFormat,
+    /// Print what was written as JSON: files, topics, columns, units, digests
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What files an export holds.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ExportFormat {
+    /// Messages over time, for Foxglove and PlotJuggler
+    Mcap,
+    /// A row of names, a row of units
+    Csv,
+    /// For pandas, DuckDB, polars
+    Parquet,
 }
 
 /// Judge stored results again; the exit code is the verdict.

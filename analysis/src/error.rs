@@ -212,6 +212,16 @@ pub enum AnalysisError {
         /// What is in it.
         found: String,
     },
+    /// Nothing of the data fits into the format that was asked for.
+    #[error(
+        "--format {format}: nothing to write\n  expected: a session with a clock\n  found:    {found}\n  next:     add --format csv or --format parquet"
+    )]
+    NothingExported {
+        /// The format.
+        format: &'static str,
+        /// What there is, and why it is left out.
+        found: String,
+    },
     /// A figure could not be drawn.
     #[error("figure {figure}: {message}")]
     Figure {
