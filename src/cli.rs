@@ -33,6 +33,8 @@ pub enum Command {
     Inspect(Inspect),
     /// Read the raw files of sessions into Parquet tables
     Ingest(Ingest),
+    /// Write measured and predicted values for other programs: MCAP, CSV, Parquet
+    Export(Export),
     /// Judge stored results again; the exit code is the verdict
     Gate(Gate),
     /// Draw the report again from stored numbers
@@ -127,6 +129,39 @@ pub struct Ingest {
     pub json: bool,
 }
 
+/// Write measured and predicted values for other programs: MCAP for Foxglove and PlotJuggler, CSV, Parquet.
+///
+/// Of a session, every run with its channels and, at each sample, what every model of `validate` predicts at that pressure; and the points
+/// that are compared. Of a published dataset, its printed tables. Numbers are in the units they are shown in, which the files state.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval export monday --out for-foxglove\n  pneuval export lab --out tables --format parquet --json\n  pneuval export --out papers --format csv                the embedded papers\n\nExit codes: 0 all was written, 2 what you wrote is wrong, 3 data are lost or too many samples excluded, 4 a log cannot be used."
+)]
+pub struct Export {
+    /// Sessions, datasets, or folders of them; the embedded papers where there is none
+    pub paths: Vec<PathBuf>,
+    /// Folder for the files; an earlier export there is replaced
+    #[arg(long, value_name = "FOLDER")]
+    pub out: PathBuf,
+    /// How they are written
+    #[arg(long, value_enum, default_value_t = ExportFormat::Mcap)]
+    pub format: ExportFormat,
+    /// Print what was written as JSON: files, topics, columns, units, digests
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What files an export holds.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ExportFormat {
+    /// Messages over time, for Foxglove and PlotJuggler
+    Mcap,
+    /// A row of names, a row of units
+    Csv,
+    /// For pandas, DuckDB, polars
+    Parquet,
+}
+
 /// Judge stored results again; the exit code is the verdict.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  pneuval gate report\n  pneuval gate report --bounds stricter.toml")]
@@ -188,6 +223,8 @@ pub struct Predict {
 /// Pressure programme, regulator, specimen, instruments and clocks are those of a plan: an embedded one for each of the five types, or
 /// your own rehearsal.toml. What is written is what a rig would have written, with session.toml, rig.toml, actuator.toml and bounds.toml
 /// to validate it, and truth.json, which says what really happened. The same seed gives the same bytes.
+// Flags of a command line.
+#[allow(clippy::struct_excessive_bools)]
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  pneuval rehearse internal-support --out monday && pneuval validate monday\n  pneuval rehearse fruit-finger --format tdms --seed 7\n  pneuval rehearse internal-support --truth \"outer-diameter = mine.csv\"\n  pneuval rehearse pdms-wall --fault gap --fault flatline@force\n  pneuval rehearse --faults\n  pneuval rehearse wave-finger --plan > mine.toml && pneuval rehearse mine.toml"

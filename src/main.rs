@@ -2,6 +2,7 @@
 
 mod cli;
 mod exit;
+mod export;
 mod gate;
 mod ingest;
 mod init;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
         Command::Init(arguments) => init::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Ingest(arguments) => ingest::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Gate(arguments) => gate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),

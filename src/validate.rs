@@ -63,13 +63,18 @@ fn judged(located: Option<&Located>, named: Option<&(Bounds, SourceFile)>) -> Re
     Ok((Bounds::read(&located.file, &located.bytes)?, Some(source), scope))
 }
 
+/// What was found, as what is compared.
+pub fn data_of(found: FoundData) -> Data {
+    match found {
+        FoundData::Published(dataset) => Data::Published(dataset),
+        FoundData::Session(session) => Data::Session(session),
+    }
+}
+
 fn input(found: Found, (bounds, bounds_source, bounds_scope): Judged) -> Input {
     Input {
         file: found.file,
-        data: match found.data {
-            FoundData::Published(dataset) => Data::Published(dataset),
-            FoundData::Session(session) => Data::Session(session),
-        },
+        data: data_of(found.data),
         actuator: found.actuator,
         actuator_path: found.actuator_file,
         bounds,

@@ -17,6 +17,7 @@ fn every_help_has_an_example() {
     for command in [
         &["--help"][..],
         &["validate", "--help"],
+        &["export", "--help"],
         &["gate", "--help"],
         &["report", "--help"],
         &["predict", "--help"],

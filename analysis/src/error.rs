@@ -203,11 +203,23 @@ pub enum AnalysisError {
         next: String,
     },
     /// The output folder holds something that this program did not write.
-    #[error("{}: not written over\n  expected: no folder, an empty one, or an earlier report\n  found:    {found}\n  next:     choose another --out, or move it away", path.display())]
+    #[error("{}: not written over\n  expected: no folder, an empty one, or an earlier {kind}\n  found:    {found}\n  next:     choose another --out, or move it away", path.display())]
     Foreign {
         /// The folder.
         path: PathBuf,
+        /// What was to be written: a report, an export.
+        kind: &'static str,
         /// What is in it.
+        found: String,
+    },
+    /// Nothing of the data fits into the format that was asked for.
+    #[error(
+        "--format {format}: nothing to write\n  expected: a session with a clock\n  found:    {found}\n  next:     add --format csv or --format parquet"
+    )]
+    NothingExported {
+        /// The format.
+        format: &'static str,
+        /// What there is, and why it is left out.
         found: String,
     },
     /// A figure could not be drawn.

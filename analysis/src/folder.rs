@@ -17,6 +17,7 @@ use pneuval_ingest::{IngestError, digest, limits};
 
 use crate::AnalysisError;
 use crate::compare::Evaluation;
+use crate::place::{self, Kind};
 use crate::report;
 use crate::results::{Results, SCHEMA_VERSION};
 use crate::series;
@@ -39,40 +40,12 @@ pub enum Drawing {
 
 /// Draws an evaluation and writes it to a folder, replacing an earlier report of this program.
 ///
-/// Everything is written to a temporary folder beside `out` and moved into place at the end, so a reader never sees half of
-/// it, and an error leaves `out` as it was. Returns the results as stored.
+/// It appears whole or not at all. Returns the results as stored.
 ///
 /// # Errors
 /// [`AnalysisError::Foreign`] if `out` holds anything this program did not write; otherwise what drawing or writing says.
 pub fn publish(out: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
-    // A link is followed, and a folder that is somebody's working directory has a name.
-    let resolved =
-        if out.exists() { Some(out.canonicalize().map_err(|source| IngestError::write(out, source))?) } else { None };
-    let out = resolved.as_deref().unwrap_or(out);
-    check_replaceable(out)?;
-    let parent = match out.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    fs::create_dir_all(parent).map_err(|source| IngestError::write(parent, source))?;
-    let temporary = tempfile::Builder::new()
-        .prefix(".pneuval-")
-        .tempdir_in(parent)
-        .map_err(|source| IngestError::write(parent, source))?;
-    let new = temporary.path().join("new");
-    let results = write_into(&new, evaluation, drawing)?;
-    if out.exists() {
-        let old = temporary.path().join("old");
-        fs::rename(out, &old).map_err(|source| IngestError::write(out, source))?;
-        if let Err(source) = fs::rename(&new, out) {
-            // Put the earlier report back; if that fails too, the first error is the one to tell.
-            let _ = fs::rename(&old, out);
-            return Err(IngestError::write(out, source).into());
-        }
-    } else {
-        fs::rename(&new, out).map_err(|source| IngestError::write(out, source))?;
-    }
-    Ok(results)
+    place::publish(out, &REPORT, |new| write_into(new, evaluation, drawing))
 }
 
 fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
@@ -189,55 +162,15 @@ fn parse(file: &Path, bytes: &[u8]) -> Result<Results, AnalysisError> {
     Ok(results)
 }
 
-/// A folder may be replaced if it is absent, empty, or holds nothing but an earlier report.
-fn check_replaceable(out: &Path) -> Result<(), AnalysisError> {
-    let foreign = |found: String| AnalysisError::Foreign { path: out.to_owned(), found };
-    if !out.exists() {
-        return Ok(());
-    }
-    if !out.is_dir() {
-        return Err(foreign("a file".to_owned()));
-    }
-    let known = earlier_report(&out.join(FOLDER).join(RESULTS));
-    match stranger(out, out, known.as_ref().unwrap_or(&BTreeSet::new()))? {
-        None => Ok(()),
-        Some(name) if known.is_some() => Err(foreign(format!("`{name}`, which is not part of the report"))),
-        Some(name) => Err(foreign(format!("`{name}`, and no results of this program"))),
-    }
-}
+/// What a report holds, by its `results.json`.
+const REPORT: Kind = Kind { name: "report", record: "results/results.json", files: files_of };
 
-/// The files of an earlier report, from its `results.json` of whatever schema; `None` if that is not a report of this program.
-fn earlier_report(stored: &Path) -> Option<BTreeSet<String>> {
-    let bytes = limits::read(stored, limits::RESULTS_BYTES_MAX).ok()?;
-    let results: serde_json::Value = serde_json::from_slice(&bytes).ok()?;
-    if !results.get("program")?.as_str()?.starts_with("pneuval ") {
-        return None;
-    }
+/// The files of an earlier report, from its results of whatever schema.
+fn files_of(results: &serde_json::Value) -> Option<BTreeSet<String>> {
     let inside = |name: &str| format!("{FOLDER}/{name}");
     let mut known: BTreeSet<String> = results.get("files")?.as_object()?.keys().map(|name| inside(name)).collect();
     known.extend([inside(RESULTS), inside(SCHEMA), "index.html".to_owned()]);
     let ids = results.get("actuators")?.as_array()?.iter().filter_map(|a| a.get("id")?.as_str());
     known.extend(ids.map(|id| format!("{id}.html")));
     Some(known)
-}
-
-/// The first file or empty folder below `root` that is not known.
-fn stranger(root: &Path, folder: &Path, known: &BTreeSet<String>) -> Result<Option<String>, AnalysisError> {
-    let entries = fs::read_dir(folder).map_err(|source| IngestError::read(folder, source))?;
-    let mut empty = true;
-    for entry in entries {
-        empty = false;
-        let entry = entry.map_err(|source| IngestError::read(folder, source))?;
-        let path = entry.path();
-        let kind = entry.file_type().map_err(|source| IngestError::read(&path, source))?;
-        let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
-        // Only folders that known files lie in are looked into.
-        let inside = kind.is_dir() && known.iter().any(|file| file.starts_with(&format!("{name}/")));
-        let found = if inside { stranger(root, &path, known)? } else { (!known.contains(&name)).then_some(name) };
-        if found.is_some() {
-            return Ok(found);
-        }
-    }
-    let name = folder.strip_prefix(root).unwrap_or(folder).to_string_lossy().into_owned();
-    Ok((empty && folder != root).then_some(name))
 }

@@ -22,6 +22,7 @@
 //! | [`gate`] | stored metrics and bounds to verdicts, and their sentences |
 //! | [`results`] | every number, computed once; the schema of `results.json` |
 //! | [`folder`] | the results folder on disk |
+//! | [`export`] | measured and predicted values as files for other programs |
 //! | [`report`] | figures and pages, drawn from stored numbers only |
 //!
 //! Residual = predicted - measured: positive means that the model is too high.
@@ -29,12 +30,14 @@
 pub mod bounds;
 pub mod compare;
 pub mod error;
+pub mod export;
 pub mod fit;
 pub mod folder;
 pub mod format;
 pub mod gate;
 pub mod metrics;
 pub mod pairing;
+mod place;
 pub mod prediction;
 pub mod records;
 pub mod remark;

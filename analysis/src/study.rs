@@ -1,5 +1,6 @@
 //! What is compared, whatever it was read from: the responses of a dataset or session and the comparisons asked of them.
 
+use pneuval_ingest::finding::Finding;
 use pneuval_ingest::manifest::{Actuator, ComparisonSpec, PublishedDataset, Statistic};
 use pneuval_ingest::session::Session;
 use pneuval_models::catalogue::{self, Entry};
@@ -108,6 +109,14 @@ impl<'a> Study<'a> {
     /// The response of a quantity.
     pub fn response(&self, quantity: &str) -> Option<&Response> {
         self.responses.iter().find(|r| r.quantity.id == quantity)
+    }
+
+    /// What is odd about the logs of a session.
+    pub fn findings(&self) -> &[Finding] {
+        match &self.input.data {
+            Data::Published(_) => &[],
+            Data::Session(session) => &session.findings,
+        }
     }
 
     /// Its comparisons: quantity and form.

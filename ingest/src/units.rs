@@ -343,6 +343,28 @@ impl Unit {
         value_si / self.factor
     }
 
+    /// An SI value in this unit as a file should hold it: of the numbers that read back as this very SI value the one with fewest
+    /// digits, so that 7.3° are 7.3 again; the nearest one where none does.
+    ///
+    /// ```
+    /// use pneuval_ingest::units::Unit;
+    /// let deg = Unit::parse("deg").unwrap();
+    /// let si = deg.to_si(7.3);
+    /// assert_ne!(deg.from_si(si), 7.3);
+    /// assert_eq!(deg.to_written(si), 7.3);
+    /// ```
+    pub fn to_written(self, value_si: f64) -> f64 {
+        let nearest = self.from_si(value_si);
+        if self.factor.to_bits() == 1.0_f64.to_bits() || !nearest.is_finite() {
+            return nearest;
+        }
+        // Fifteen digits are what a double holds of any decimal number.
+        let short = format!("{nearest:.14e}").parse().unwrap_or(nearest);
+        let reads_back = |value: &f64| self.to_si(*value).to_bits() == value_si.to_bits();
+        let near = [short, nearest, nearest.next_up(), nearest.next_down()];
+        near.into_iter().find(reads_back).unwrap_or(nearest)
+    }
+
     /// How the unit is set in print: `°`, `mm²`; nothing for a pure number.
     pub fn printed(self) -> &'static str {
         match self.symbol {
@@ -391,6 +413,28 @@ mod tests {
         for dimension in DIMENSIONS {
             assert_eq!(dimension.display_unit().dimension, dimension);
             assert_eq!(Unit::parse(dimension.si_symbol()).unwrap().factor.to_bits(), 1.0_f64.to_bits());
+        }
+    }
+
+    #[test]
+    fn what_is_written_reads_back_as_the_same_si_value() {
+        let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+        for unit in UNITS {
+            for i in 0..2_000 {
+                state ^= state << 13;
+                state ^= state >> 7;
+                state ^= state << 17;
+                // Decimals as instruments write them, and doubles with every digit.
+                let decimal = ((state % 2_000_000) as f64 - 1e6) / 1e4;
+                let value = if i % 2 == 0 { decimal } else { decimal * std::f64::consts::PI };
+                let si = unit.to_si(value);
+                let written = unit.to_written(si);
+                assert_eq!(unit.to_si(written).to_bits(), si.to_bits(), "{value} {}", unit.symbol);
+                if i % 2 == 0 {
+                    assert_eq!(written.to_bits(), value.to_bits(), "{value} {}", unit.symbol);
+                }
+            }
+            assert!(unit.to_written(f64::NAN).is_nan() && unit.to_written(0.0) == 0.0);
         }
     }
 

@@ -601,8 +601,7 @@ fn fields_carry_comments_and_a_file_carries_words() {
         vec![("pneuval_msgs/Monday".to_owned(), definition(&["SYNTHETIC"], &[("pressure_kpa", hostile)]))];
     let words = BTreeMap::from([("unit".to_owned(), "kPa".to_owned()), ("title".to_owned(), "Δp".to_owned())]);
     let metadata = vec![("pneuval".to_owned(), words)];
-    let bytes =
-        written(std::slice::from_ref(&rig), &WriteOptions { definitions, metadata, ..small_chunks(Compression::Zstd) });
+    let bytes = written(&[rig], &WriteOptions { definitions, metadata, ..small_chunks(Compression::Zstd) });
     let found = bag(&bytes);
     let told = ["pneuval: title = Δp", "pneuval: unit = kPa", "/rig: frame_id ``"].map(str::to_owned);
     assert_eq!((found.metadata, found.findings), (told.into(), vec![]));

@@ -4,7 +4,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
 use pneuval_ingest::IngestError;
-use pneuval_ingest::store::{Columns, Series, read_parquet, write_parquet};
+use pneuval_ingest::recording::Cells;
+use pneuval_ingest::store::{Columns, Series, read_parquet, read_parquet_metadata, write_cells, write_parquet};
 
 fn columns() -> Columns {
     vec![
@@ -28,6 +29,23 @@ fn the_same_columns_make_the_same_bytes() {
     write_parquet(&a, &columns()).unwrap();
     write_parquet(&b, &columns()).unwrap();
     assert_eq!(std::fs::read(a).unwrap(), std::fs::read(b).unwrap());
+}
+
+#[test]
+fn cells_and_words_about_them_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.parquet");
+    let (words, numbers) = (Cells::Text(vec!["a, b".into(), "Δ".into()]), Cells::Numbers(vec![-0.0, f64::NAN]));
+    let metadata = vec![("unit".to_owned(), "kPa".to_owned()), ("title".to_owned(), "Δp".to_owned())];
+    write_cells(&path, &[("runs", &words), ("p", &numbers)], &metadata).unwrap();
+    let expected = [
+        ("runs".to_owned(), Series::Text(vec!["a, b".into(), "Δ".into()])),
+        ("p".to_owned(), Series::Number(vec![Some(-0.0), None])),
+    ];
+    assert_eq!((read_parquet(&path).unwrap(), read_parquet_metadata(&path).unwrap()), (expected.into(), metadata));
+    let short = Cells::Numbers(vec![1.0]);
+    let error = write_cells(&path, &[("runs", &words), ("p", &short)], &[]).unwrap_err();
+    assert!(error.to_string().contains("column `p` holds 1 of 2 rows"), "{error}");
 }
 
 #[test]

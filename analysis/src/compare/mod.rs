@@ -7,7 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use pneuval_ingest::error::suggestion;
 use pneuval_ingest::manifest::{ComparisonSpec, Quantity, Statistic};
 
-use predict::{predict, unknown_form};
+use predict::unknown_form;
+pub(crate) use predict::{Posed, predict};
 
 use crate::AnalysisError;
 use crate::gate::{judge_comparison, notes, strangers};
@@ -113,7 +114,7 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
         // The readers refuse a comparison without its measurement.
         return Err(unknown_form(study, spec, []));
     };
-    let (prediction, fit) = predict(study, spec, response)?;
+    let Posed { prediction, fit, .. } = predict(study, spec, response)?;
     let points = points(response, &prediction.at);
     let kinds = |status| -> Vec<IntervalKind> {
         let here = (0..points.len()).filter(|&i| points[i].status == status);
@@ -203,6 +204,7 @@ fn stated(study: &Study, statistic: &Statistic) -> Result<Comparison, AnalysisEr
         conditions: vec![],
         zero_within_pa: 0.0,
         same_within_pa: 0.0,
+        rounding_pa: 0.0,
         points: vec![],
         columns: vec![],
         texts: vec![],

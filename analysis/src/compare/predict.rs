@@ -1,7 +1,7 @@
 //! The prediction of a comparison, perhaps of a form that is calibrated first.
 
 use pneuval_ingest::error::suggestion;
-use pneuval_ingest::manifest::{ComparisonSpec, FitSpec, HoldOut};
+use pneuval_ingest::manifest::{ComparisonSpec, FitSpec, HoldOut, ImportedModel};
 use pneuval_models::ModelError;
 use pneuval_models::catalogue::{self, Entry, Inputs};
 use pneuval_models::least_squares::Fit;
@@ -9,22 +9,55 @@ use pneuval_models::least_squares::Fit;
 use super::NO_FORM;
 use crate::AnalysisError;
 use crate::fit::{Target, calibrate};
-use crate::prediction::{self, Form, Predicted, Prediction, inputs, predict_at, traces_of_points};
+use crate::prediction::{self, Form, Predicted, Prediction, Predictor, inputs, predict_at, traces_of_points};
 use crate::response::Response;
 use crate::results::{FitRecord, FittedParameter};
 use crate::study::{self, Study};
 
+/// A comparison that is posed.
+pub(crate) struct Posed<'a> {
+    /// What is predicted at the points of the response.
+    pub prediction: Prediction,
+    /// What was calibrated first.
+    pub fit: Option<FitRecord>,
+    /// What predicts at any other pressure.
+    pub between: Between<'a>,
+}
+
+/// What gives a value at any pressure.
+pub(crate) enum Between<'a> {
+    /// A catalogue form, calibrated or not.
+    Form(Form<'a>),
+    /// A user's table.
+    Imported(&'a ImportedModel),
+    /// Nothing does, and why.
+    Nothing(&'static str),
+}
+
+impl Between<'_> {
+    /// What predicts.
+    pub fn predictor(&self) -> Result<&dyn Predictor, &'static str> {
+        match self {
+            Self::Form(form) => Ok(form),
+            Self::Imported(model) => Ok(*model),
+            Self::Nothing(why) => Err(why),
+        }
+    }
+}
+
 /// The prediction of a comparison: a printed column, a user's table, or a catalogue form, perhaps calibrated first.
-pub(super) fn predict(
-    study: &Study,
-    spec: &ComparisonSpec,
-    response: &Response,
-) -> Result<(Prediction, Option<FitRecord>), AnalysisError> {
+pub(crate) fn predict<'a>(
+    study: &'a Study,
+    spec: &'a ComparisonSpec,
+    response: &'a Response,
+) -> Result<Posed<'a>, AnalysisError> {
     if let Some(column) = response.columns.iter().find(|p| p.form == spec.form) {
-        return Ok((Prediction::published(response, column), None));
+        let between = Between::Nothing("it is printed, and only at the points of its table");
+        return Ok(Posed { prediction: Prediction::published(response, column), fit: None, between });
     }
     if spec.form == NO_FORM {
-        return Ok((Prediction::none(response), None));
+        let between = Between::Nothing("no model of this quantity is known");
+        return Ok(Posed { prediction: Prediction::none(response), fit: None, between });
     }
     let actuator = &study.input.actuator;
     let model_form = spec.model.as_deref().unwrap_or(&spec.form);
@@ -50,7 +83,8 @@ pub(super) fn predict(
                 &format!("a unit of {}, chamber {}", model.quantity.unit.dimension.si_symbol(), model.chamber),
             ));
         }
-        return Ok((Prediction::imported(model, response), None));
+        let prediction = Prediction::imported(model, response);
+        return Ok(Posed { prediction, fit: None, between: Between::Imported(model) });
     }
     let forms = || catalogue::entries().filter(|e| e.actuator == actuator.kind && e.quantity == spec.quantity);
     let Some(entry) = forms().find(|e| e.form == model_form) else {
@@ -74,13 +108,13 @@ pub(super) fn predict(
             prediction::build(entry, &values, actuator)?;
         }
         let form = Form::new(entry, values, &response.conditions);
-        return Ok((Prediction::computed(entry, &form, rests_on, response), None));
+        let prediction = Prediction::computed(entry, &form, rests_on, response);
+        return Ok(Posed { prediction, fit: None, between: Between::Form(form) });
     };
     // What is fitted here does not rest on what the actuator file says of it.
     rests_on.retain(|text| !fit.parameters.iter().any(|name| text.ends_with(&format!(" {name}"))));
-    let calibration = Calibration { study, spec, fit, entry, values: &values, response };
-    let (prediction, record) = calibration.run(rests_on)?;
-    Ok((prediction, Some(record)))
+    let calibration = Calibration { study, spec, fit, entry, values, response };
+    calibration.run(rests_on)
 }
 
 fn mismatch(study: &Study, spec: &ComparisonSpec, response: &Response, expected: &str) -> AnalysisError {
@@ -127,12 +161,12 @@ struct Calibration<'a> {
     spec: &'a ComparisonSpec,
     fit: &'a FitSpec,
     entry: &'a Entry,
-    values: &'a Inputs,
+    values: Inputs,
     response: &'a Response,
 }
 
-impl Calibration<'_> {
-    fn run(&self, rests_on: Vec<String>) -> Result<(Prediction, FitRecord), AnalysisError> {
+impl<'a> Calibration<'a> {
+    fn run(&self, rests_on: Vec<String>) -> Result<Posed<'a>, AnalysisError> {
         let known = |name: &&String| self.entry.parameters.iter().any(|p| p.name == name.as_str());
         if let Some(name) = self.fit.parameters.iter().find(|name| !known(name)) {
             return Err(AnalysisError::UnknownParameter {
@@ -162,6 +196,7 @@ impl Calibration<'_> {
         let (inputs, found) = self.calibrate(&chosen)?;
         let form = Form::new(self.entry, inputs, &self.response.conditions);
         let mut prediction = Prediction::computed(self.entry, &form, rests_on, self.response);
+        let mut between = Between::Form(form);
         match self.fit.hold_out {
             HoldOut::None => {}
             HoldOut::OddPressures => {
@@ -189,9 +224,11 @@ impl Calibration<'_> {
                     }
                 }
                 prediction.traces = traces_of_points(&prediction.at, self.response);
+                between =
+                    Between::Nothing("each pressure is predicted by a fit of its own, so only the points have a value");
             }
         }
-        Ok((prediction, self.record(&found, chosen.len())))
+        Ok(Posed { prediction, fit: Some(self.record(&found, chosen.len())), between })
     }
 
     /// Per point, the value to fit; none at the zero-pressure reference, which would count as a point without being one: it
@@ -217,7 +254,7 @@ impl Calibration<'_> {
 
     fn calibrate(&self, targets: &[&Target]) -> Result<(Inputs, Fit), AnalysisError> {
         let conditions = &self.response.conditions;
-        calibrate(self.entry, self.values, conditions, &self.fit.parameters, targets).map_err(|e| self.failed(e))
+        calibrate(self.entry, &self.values, conditions, &self.fit.parameters, targets).map_err(|e| self.failed(e))
     }
 
     fn nothing_held_out(&self) -> AnalysisError {

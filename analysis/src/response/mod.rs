@@ -6,7 +6,7 @@ mod readings;
 mod session;
 
 pub use census::{Census, TableCensus, Unmet};
-pub use session::POINTS_MAX;
+pub use session::{POINTS_MAX, without_rounding};
 
 use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity};
 use pneuval_ingest::number::Printed;
@@ -30,6 +30,8 @@ pub struct Response {
     pub zero_within_pa: f64,
     /// Gauge pressures so near each other are one nominal pressure, in Pa.
     pub same_within_pa: f64,
+    /// Gauge pressures so near zero are what rounding leaves of a difference, and zero, in Pa.
+    pub rounding_pa: f64,
     /// The points, in the order of the source.
     pub points: Vec<ResponsePoint>,
     /// Predictions that stand beside the measurement in its source.
@@ -116,6 +118,7 @@ impl From<&PublishedTable> for Response {
             // Print says zero, or it does not.
             zero_within_pa: 0.0,
             same_within_pa: 0.0,
+            rounding_pa: 0.0,
             points,
             columns: table.predicted.clone(),
             texts: table.texts.clone(),

@@ -52,10 +52,9 @@ impl Response {
             readings.extend(needed.read((i, names[i]), spec, &mut census));
         }
         let largest = readings.iter().flat_map(|r| &r.pressures).map(|p| p.abs()).fold(0.0, f64::max);
+        let rounding_pa = ROUNDING_SHARE * largest;
         for pressure in readings.iter_mut().flat_map(|r| &mut r.pressures) {
-            if pressure.abs() <= ROUNDING_SHARE * largest {
-                *pressure = 0.0;
-            }
+            *pressure = without_rounding(*pressure, rounding_pa);
         }
         let same_within_pa = match spec.points {
             PointRule::Samples { same_within_pa } => same_within_pa,
@@ -75,12 +74,18 @@ impl Response {
             zero_within_pa,
             // Two readings of one nominal pressure: as near as the reference is to zero, or as a plateau is to itself.
             same_within_pa: same_within_pa.max(zero_within_pa),
+            rounding_pa,
             points,
             columns: vec![],
             texts: vec![],
         };
         Ok((response, census))
     }
+}
+
+/// A gauge pressure, or zero where it is what rounding leaves of a difference.
+pub fn without_rounding(pressure_gauge_pa: f64, rounding_pa: f64) -> f64 {
+    if pressure_gauge_pa.abs() <= rounding_pa { 0.0 } else { pressure_gauge_pa }
 }
 
 fn source(session: &Session, spec: &ResponseSpec) -> String {

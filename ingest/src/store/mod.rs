@@ -3,12 +3,14 @@
 //! | file | holds |
 //! |---|---|
 //! | `parquet.rs` | the tables; the only module that sees polars |
+//! | `names.rs` | names of columns and files |
 //! | `record.rs` | `session.json` |
 //! | `mod.rs` | which files are read again, and how the store changes |
 //!
 //! A store can be rebuilt from the raw files at any time and is never edited. It changes by renaming whole files into place,
 //! `session.json` last; the same raw files and manifests give the same bytes.
 
+mod names;
 mod parquet;
 mod record;
 
@@ -17,7 +19,8 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-pub use parquet::{Columns, Series, read_parquet, write_parquet, write_table};
+pub use names::{TIME, column_name, file_name, unique_name};
+pub use parquet::{Columns, Series, read_parquet, read_parquet_metadata, write_cells, write_parquet, write_table};
 pub use record::{StoredChannel, StoredFile, StoredRun, StoredSession, StoredTable};
 
 use crate::IngestError;
@@ -29,9 +32,6 @@ use crate::session::{Bases, FileRuns, OpenBeside, Run, Stream, open_files, unusa
 
 /// The name of the record in a store.
 pub const RECORD: &str = "session.json";
-
-/// The column of a table that holds its stamps.
-const TIME: &str = "time_s";
 
 /// What storing a session did.
 #[derive(Debug, Clone, PartialEq)]
@@ -171,13 +171,7 @@ fn write_stream(
     let mut stored = Vec::with_capacity(channels.len());
     for (id, channel) in channels {
         let si = channel.unit.dimension.si_symbol();
-        // Two ids may differ in signs only.
-        let base = column_name(id, si);
-        let (mut column, mut copy) = (base.clone(), 1);
-        while !taken.insert(column.clone()) {
-            copy += 1;
-            column = format!("{base}_{copy}");
-        }
+        let column = unique_name(&column_name(id, si), &mut taken);
         stored.push(StoredChannel {
             id: id.clone(),
             column: column.clone(),
@@ -189,7 +183,8 @@ fn write_stream(
         });
         columns.push((column, &channel.values_si));
     }
-    let file = file_name(&run.id, clock.device.as_deref().unwrap_or_default(), &clock.name, names);
+    let device = clock.device.as_deref().unwrap_or_default();
+    let file = file_name(&run.id, &[device, &clock.name], "parquet", names);
     let path = folder.join(&file);
     write_table(&path, &columns)?;
     let sha256 = RawFile::open(&path, &file, u64::MAX)?.sha256()?;
@@ -208,50 +203,6 @@ fn write_stream(
         rate_hz: rate_hz(stamps),
         channels: stored,
     })
-}
-
-/// A channel's column: its id with the SI unit behind it, as names of numbers end in their unit; without signs that query languages
-/// would take for operators.
-///
-/// ```
-/// use pneuval_ingest::store::column_name;
-/// assert_eq!(column_name("tip-force", "N"), "tip_force_N");
-/// assert_eq!(column_name("ratio", "1"), "ratio");
-/// ```
-pub fn column_name(id: &str, si_unit: &str) -> String {
-    let word = |text: &str| -> String {
-        let signs = text.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect::<String>();
-        signs.split('_').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_")
-    };
-    match si_unit {
-        "1" => word(id),
-        unit => format!("{}_{}", word(id), word(unit)),
-    }
-}
-
-/// A file name from a run's id, a device's and a topic, which people choose: letters, digits and few signs, every name once.
-fn file_name(run: &str, device: &str, stream: &str, names: &mut BTreeSet<String>) -> String {
-    const LETTERS_MAX: usize = 100;
-    let word = |text: &str| -> String {
-        let signs = text.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' });
-        signs.collect::<String>().trim_matches('-').chars().take(LETTERS_MAX).collect()
-    };
-    // A run without an id of its own is called as its file is.
-    let stem = Path::new(run).file_stem().map_or_else(|| run.to_owned(), |stem| stem.to_string_lossy().into_owned());
-    let base = [word(&stem), word(device), word(stream)]
-        .into_iter()
-        .filter(|word| !word.is_empty())
-        .collect::<Vec<_>>()
-        .join(".");
-    let base = if base.is_empty() { "run".to_owned() } else { base };
-    let (mut name, mut copy) = (format!("{base}.parquet"), 1);
-    // Names that differ in case only are one file on some systems.
-    while names.iter().any(|taken| taken.eq_ignore_ascii_case(&name)) {
-        copy += 1;
-        name = format!("{base}-{copy}.parquet");
-    }
-    names.insert(name.clone());
-    name
 }
 
 /// Moves new tables into place, then the record, then removes the tables that the record before it names and this one does not. A

@@ -1,14 +1,17 @@
 //! Parquet files of numeric columns. The only module that sees polars.
 
 use std::fs::File;
+use std::ops::Range;
 use std::path::Path;
 
 use polars::prelude::{
     Column, DataFrame, DataType, Field, Float64Chunked, IntoColumn, NewChunkedArray, ParquetCompression, ParquetReader,
     ParquetWriter, Schema, SerReader,
 };
+use polars_io::parquet::write::KeyValueMetadata;
 
 use crate::IngestError;
+use crate::recording::Cells;
 
 /// A column of a stored table.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,17 +78,71 @@ fn writer(file: &File) -> ParquetWriter<&File> {
 /// # Errors
 /// As [`write_parquet`].
 pub fn write_table(path: &Path, columns: &[(String, &[f64])]) -> Result<(), IngestError> {
+    let columns: Vec<_> = columns.iter().map(|(name, values)| (name.as_str(), Values::Numbers(values))).collect();
+    write_groups(path, &columns, &[])
+}
+
+/// The same of columns of numbers and text, with words about the table for whoever opens it: key-value metadata of the file.
+///
+/// # Errors
+/// As [`write_parquet`].
+pub fn write_cells(path: &Path, columns: &[(&str, &Cells)], metadata: &[(String, String)]) -> Result<(), IngestError> {
+    let columns: Vec<_> = columns.iter().map(|(name, cells)| (*name, Values::of(cells))).collect();
+    write_groups(path, &columns, metadata)
+}
+
+/// The values of a column.
+#[derive(Clone, Copy)]
+enum Values<'a> {
+    Numbers(&'a [f64]),
+    Words(&'a [String]),
+}
+
+impl<'a> Values<'a> {
+    fn of(cells: &'a Cells) -> Self {
+        match cells {
+            Cells::Numbers(values) => Self::Numbers(values),
+            Cells::Text(words) => Self::Words(words),
+            Cells::NotKept => Self::Numbers(&[]),
+        }
+    }
+
+    fn len(self) -> usize {
+        match self {
+            Self::Numbers(values) => values.len(),
+            Self::Words(words) => words.len(),
+        }
+    }
+
+    fn dtype(self) -> DataType {
+        match self {
+            Self::Numbers(_) => DataType::Float64,
+            Self::Words(_) => DataType::String,
+        }
+    }
+
+    fn column(self, name: &str, rows: Range<usize>) -> Column {
+        match self {
+            Self::Numbers(values) => column_of(name, &values[rows]),
+            Self::Words(words) => Column::new(name.into(), &words[rows]),
+        }
+    }
+}
+
+fn write_groups(path: &Path, columns: &[(&str, Values)], metadata: &[(String, String)]) -> Result<(), IngestError> {
     let parquet = |message: String| IngestError::Parquet { path: path.to_owned(), message };
     let rows = columns.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
     if let Some((name, values)) = columns.iter().find(|(_, values)| values.len() != rows) {
         return Err(parquet(format!("column `{name}` holds {} of {rows} rows", values.len())));
     }
-    let schema: Schema = columns.iter().map(|(name, _)| Field::new(name.as_str().into(), DataType::Float64)).collect();
+    let schema: Schema = columns.iter().map(|(name, values)| Field::new((*name).into(), values.dtype())).collect();
     let file = File::create(path).map_err(|source| IngestError::write(path, source))?;
-    let mut writer = writer(&file).batched(&schema).map_err(|e| parquet(e.to_string()))?;
+    let words = (!metadata.is_empty()).then(|| KeyValueMetadata::from_static(metadata.to_vec()));
+    let writer = writer(&file).with_key_value_metadata(words);
+    let mut writer = writer.batched(&schema).map_err(|e| parquet(e.to_string()))?;
     for first in (0..rows).step_by(GROUP_ROWS) {
         let last = rows.min(first + GROUP_ROWS);
-        let group = columns.iter().map(|(name, values)| column_of(name, &values[first..last])).collect();
+        let group = columns.iter().map(|(name, values)| values.column(name, first..last)).collect();
         let frame = DataFrame::new(last - first, group).map_err(|e| parquet(e.to_string()))?;
         writer.write_batch(&frame).map_err(|e| parquet(e.to_string()))?;
     }
@@ -101,6 +158,20 @@ fn column_of(name: &str, values: &[f64]) -> Column {
         Float64Chunked::from_slice(name, values)
     };
     numbers.into_column()
+}
+
+/// The key-value metadata of a Parquet file, without what libraries put there for themselves.
+///
+/// # Errors
+/// As [`read_parquet`].
+pub fn read_parquet_metadata(path: &Path) -> Result<Vec<(String, String)>, IngestError> {
+    let parquet = |message: String| IngestError::Parquet { path: path.to_owned(), message };
+    let file = File::open(path).map_err(|source| IngestError::read(path, source))?;
+    let mut reader = ParquetReader::new(file);
+    let metadata = reader.get_metadata().map_err(|e| parquet(e.to_string()))?;
+    let words = metadata.key_value_metadata().iter().flatten();
+    let own = words.filter(|word| !word.key.starts_with("ARROW:"));
+    Ok(own.map(|word| (word.key.clone(), word.value.clone().unwrap_or_default())).collect())
 }
 
 /// Reads the columns of a Parquet file back.

@@ -453,6 +453,9 @@ impl<'k> Bag<'k> {
             };
             let (clock, why) = super::clock_of(&table, self.origin);
             table.clock = clock;
+            for column in table.columns.iter_mut().filter(|column| column.unit.as_deref() == Some("s")) {
+                column.is_dated = super::is_message_stamp(&column.name);
+            }
             // Which stamp is the clock is known only now: the other was kept in case.
             for (i, column) in table.columns.iter_mut().enumerate().filter(|(i, _)| Some(*i) != clock) {
                 if !self.keep.keeps(&table.name, &column.name, i + 1) {

@@ -67,6 +67,11 @@ pub const PUBLISH_TIME: &str = "publish_time";
 /// Fields that are the stamp of a message itself, if they are times.
 const HEADER_STAMPS: [&str; 3] = ["header.stamp", "stamp", "timestamp"];
 
+/// Whether a column is one of the times of a message.
+fn is_message_stamp(name: &str) -> bool {
+    [LOG_TIME, PUBLISH_TIME].contains(&name) || HEADER_STAMPS.contains(&name)
+}
+
 /// Which of the times of a message is its clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -65,6 +65,20 @@ pub(crate) fn seconds_of(text: &str) -> Option<(f64, bool)> {
     }
 }
 
+/// The second since 1970 of an origin in RFC 3339, and whether its zone is known; without one it is taken as UTC.
+///
+/// ```
+/// use pneuval_ingest::formats::stamps::origin_second;
+/// assert_eq!(origin_second("1970-01-02T00:00:00Z"), Some((86_400, true)));
+/// assert_eq!(origin_second("1970-01-02T00:00:01"), Some((86_401, false)));
+/// assert_eq!(origin_second("at noon"), None);
+/// ```
+pub fn origin_second(origin: &str) -> Option<(i64, bool)> {
+    let Stamp { date: Date::Days(days), time_ns, offset_min } = one(origin)? else { return None };
+    let seconds = time_ns?.div_euclid(NANOS_PER_SECOND) - offset_min.unwrap_or(0) * 60;
+    Some((days * (NANOS_PER_DAY / NANOS_PER_SECOND) + seconds, offset_min.is_some()))
+}
+
 /// A date and a time of day in whole seconds since 1970, by the clock that wrote them; and whether day and month may be either way round,
 /// in which case the day is taken to stand first.
 pub(crate) fn local_second(text: &str) -> Option<(i64, bool)> {
@@ -369,8 +383,9 @@ fn take(
     reasons.push(format!("column {} holds {}", shown(&name), stamps.reason));
     let mut watch = ClockWatch::default();
     watch.block(&stamps.seconds);
+    let is_dated = stamps.origin.is_some();
     let column = Column::new(&name, Some("s"), Cells::Numbers(stamps.seconds));
-    table.columns[index] = Column { clock: Some(watch.finish()), ..column };
+    table.columns[index] = Column { clock: Some(watch.finish()), is_dated, ..column };
 }
 
 /// Tells of the samples at which a time of day begins anew and a day is added.

@@ -161,6 +161,10 @@ impl Cdr<'_> {
         if self.source.table.column(path).is_some() {
             return Some(path.to_owned().into());
         }
+        // No name made of words holds a dot.
+        if path.contains('.') {
+            return None;
+        }
         self.source.table.columns.iter().find(|c| field_name(&c.name) == path).map(|c| c.name.as_str().into())
     }
 
