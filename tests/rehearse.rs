@@ -307,3 +307,38 @@ fn mistakes_say_what_to_do_and_write_nothing() {
     let left: Vec<_> = fs::read_dir(here).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 2, "{left:?}");
 }
+
+/// The plan in the reference of files, run as it stands there.
+#[test]
+fn the_plan_in_the_reference_works_as_written() {
+    let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/files.md")).unwrap();
+    let block = |language: &str| {
+        let fence = format!("```{language}\n");
+        text.split(&fence).nth(1).unwrap().split("```").next().unwrap().to_owned()
+    };
+    let lab = tempfile::tempdir().unwrap();
+    let here = lab.path();
+    fs::write(here.join("plan.toml"), block("rehearsal")).unwrap();
+    fs::write(here.join("angle.csv"), block("truth")).unwrap();
+    let actuator = "schema = 1\nid = \"my-finger\"\ntitle = \"My finger\"\n[chamber.air]\n\
+                    pressure_gauge_max = { value = 40, unit = \"kPa\", source = \"measured\" }\n";
+    fs::write(here.join("actuator.toml"), actuator).unwrap();
+    rehearse(here, &["plan.toml", "--out", "monday"]);
+    let said = pneuval(here, &["ingest", "monday"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    // Unloading lies above loading: at 20 kPa by 3 % of 60°.
+    let truth = json(&here.join("monday/truth.json"));
+    let at = |i: usize| truth["runs"][0]["points"][i]["quantities"][0]["mean_si"][0].as_f64().unwrap().to_degrees();
+    assert!((at(4) - at(2) - 1.8).abs() < 0.1, "{} {}", at(2), at(4));
+}
+
+/// A plan is printed to begin one's own with, and gives what the embedded one gives.
+#[test]
+fn a_printed_plan_is_the_embedded_one() {
+    let lab = tempfile::tempdir().unwrap();
+    let here = lab.path();
+    fs::write(here.join("mine.toml"), rehearse(here, &["internal-support", "--plan"])).unwrap();
+    rehearse(here, &["mine.toml", "--out", "mine"]);
+    rehearse(here, &["internal-support", "--out", "theirs"]);
+    assert_eq!(files(&here.join("mine")), files(&here.join("theirs")));
+}
