@@ -82,7 +82,8 @@ fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
     for actuator in &results.actuators {
         let mut plan = |name: String, synthetic: bool, (mut chart, caption): (Chart, String)| {
             if synthetic {
-                chart.title += " (synthetic data)";
+                // In front, where no length of the title can cut it off.
+                chart.title = format!("Synthetic: {}", chart.title);
             }
             plans.push(Plan { name, actuator: actuator.id.clone(), caption, chart });
         };

@@ -166,9 +166,9 @@ impl Group<'_> {
         let asked = first.points.iter().find(|p| p.status != PointStatus::ZeroReference && p.measured.is_some());
         let pressure = asked.map(|p| format::pressures(&p.pressures_gauge_pa, &first.chambers));
         let measured = asked.and_then(Point::measured_scalar).map(|m| format::quantity(m, unit, 0));
-        let place = format!("{} measured at {}", measured.unwrap_or_default(), pressure.unwrap_or_default());
+        let (measured, pressure) = (measured.unwrap_or_default(), pressure.unwrap_or_default());
         let chart = Chart {
-            title: format!("{}: residual by form, {place}", measurement_title(first)),
+            title: format!("{}: residual at {pressure}", measurement_title(first)),
             x_title: format!("Predicted − measured / {}", unit_name(unit)),
             y_title: String::new(),
             x: -reach..(VALUES_TO + 0.02) * reach,
@@ -179,7 +179,7 @@ impl Group<'_> {
             legend,
         };
         let caption = format!(
-            "{}: predicted minus measured at the one printed point, against each form's bound. Arrows mark residuals beyond the axis.",
+            "{}: predicted minus the {measured} measured at {pressure}, against each form's bound. Arrows mark residuals beyond the axis.",
             first.quantity.title
         );
         (chart, caption)
