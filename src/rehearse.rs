@@ -23,6 +23,8 @@ struct Told {
     files: usize,
     bytes: usize,
     sessions: Vec<Written>,
+    /// The pressure moves all the time.
+    is_moving: bool,
 }
 
 pub fn run(arguments: &Rehearse) -> Result<Outcome, Failure> {
@@ -102,14 +104,14 @@ fn request(arguments: &Rehearse) -> Result<Request, Failure> {
     })
 }
 
-/// `outer-diameter = consistent`: `published`, a table `*.csv`, or a form.
+/// `bending-angle = linear`: `published`, a table `*.csv`, or a form.
 fn truth(text: &str) -> Result<(String, Truth), Failure> {
     let Some((quantity, what)) = text.split_once('=') else {
         return Err(Failure::Flag {
             flag: "--truth",
             found: format!("`{text}`"),
             expected: "QUANTITY = published, QUANTITY = FORM or QUANTITY = FILE.csv".to_owned(),
-            next: "write `outer-diameter = consistent` for instance".to_owned(),
+            next: "write `bending-angle = linear` for instance".to_owned(),
         });
     };
     let what = what.trim();
@@ -133,18 +135,27 @@ fn fault(text: &str) -> Result<Asked, Failure> {
 
 /// Writes everything to a temporary folder and moves it into place: all of it or nothing.
 fn write(rehearsal: &Rehearsal, folder: &Path, seed: u64) -> Result<Told, Failure> {
-    let is_free = !folder.exists() || fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
+    // A link is followed, also one to a folder that is not there yet.
+    let is_link = fs::symlink_metadata(folder).is_ok_and(|metadata| metadata.is_symlink());
+    let is_there = folder.exists();
+    let is_free = if is_there { fs::read_dir(folder).is_ok_and(|mut e| e.next().is_none()) } else { !is_link };
     if !is_free {
         return Err(Failure::Flag {
             flag: "--out",
-            found: format!("{}, which holds something already", folder.display()),
+            found: format!("{}, which holds something already, or is no folder", folder.display()),
             expected: "a new folder, or an empty one".to_owned(),
             next: "name another, or move it away".to_owned(),
         });
     }
     let failed = |path: &Path, source| IngestError::write(path, source);
-    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(parent).map_err(|source| failed(parent, source))?;
+    // An empty folder is filled; a new one is moved into place. Whatever fails before leaves nothing.
+    let parent = if is_there {
+        folder
+    } else {
+        // The nearest folder that is there.
+        let mut above = folder.ancestors().skip(1).filter(|above| above.is_dir());
+        above.next().unwrap_or(Path::new("."))
+    };
     let staging = tempfile::Builder::new().prefix(".pneuval-").tempdir_in(parent).map_err(|s| failed(parent, s))?;
     let new = staging.path().join("new");
     fs::create_dir(&new).map_err(|source| failed(&new, source))?;
@@ -158,11 +169,19 @@ fn write(rehearsal: &Rehearsal, folder: &Path, seed: u64) -> Result<Told, Failur
         bytes += content.len();
         fs::write(&path, content).map_err(|source| failed(&path, source))
     })?;
-    if folder.exists() {
-        fs::remove_dir(folder).map_err(|source| failed(folder, source))?;
+    if is_there {
+        for entry in fs::read_dir(&new).map_err(|source| failed(&new, source))? {
+            let entry = entry.map_err(|source| failed(&new, source))?;
+            let to = folder.join(entry.file_name());
+            fs::rename(entry.path(), &to).map_err(|source| failed(&to, source))?;
+        }
+    } else {
+        if let Some(above) = folder.parent().filter(|above| !above.as_os_str().is_empty()) {
+            fs::create_dir_all(above).map_err(|source| failed(above, source))?;
+        }
+        fs::rename(&new, folder).map_err(|source| failed(folder, source))?;
     }
-    fs::rename(&new, folder).map_err(|source| failed(folder, source))?;
-    Ok(Told { folder: folder.to_owned(), seed, files, bytes, sessions: written })
+    Ok(Told { folder: folder.to_owned(), seed, files, bytes, sessions: written, is_moving: rehearsal.is_moving() })
 }
 
 fn text(told: &Told) -> String {
@@ -199,6 +218,8 @@ fn text(told: &Told) -> String {
         "\nSYNTHETIC, seed {}: {} files, {mebibytes:.1} MiB in {folder}; truth.json says what really happened",
         told.seed, told.files
     ));
-    lines.push(format!("Next: pneuval validate {folder}"));
+    // A pressure that never stands has no plateaus, and one clock's samples have no partners on another.
+    let next = if told.is_moving { "ingest" } else { "validate" };
+    lines.push(format!("Next: pneuval {next} {folder}"));
     lines.join("\n") + "\n"
 }

@@ -273,3 +273,74 @@ fn every_fault_is_found_where_it_lies_in_every_format_that_can_carry_it() {
     // What no single file shows: the clocks of several devices, until they are held against each other.
     assert!(silent.iter().all(|here| here.ends_with("clock-offset") || here.ends_with("clock-drift")), "{silent:?}");
 }
+
+#[test]
+fn mistakes_of_a_plan_are_told_by_line_and_nothing_is_written() {
+    let lab = lab();
+    for (from, to, words) in [
+        ("shows = { command = \"air\" }", "shows = { command = \"aire\" }", "did you mean `air`"),
+        ("shows = { quantity = \"force\" }", "shows = { quantity = \"forces\" }", "did you mean `force`"),
+        ("index = 1", "index = 2", "a component of `tip`"),
+        ("instrument = \"camera\"", "instrument = \"camra\"", "did you mean `camera`"),
+        ("instrument = \"camera\"", "instrument = \"protractor\"", "a length"),
+        (
+            "noise = { value = 0.05, unit = \"mm\" }",
+            "noise = { value = 0.05, unit = \"N\" }",
+            "noise and drift as a length",
+        ),
+        ("id = \"asked\"", "id = \"t\"", "a name that the stamps do not have"),
+        ("measured = [\"diameter\"]", "measured = [\"pressure\"]", "channels that show `diameter`"),
+        ("measured = [\"x\", \"z\"]", "measured = [\"z\", \"x\"]", "component by component"),
+        ("device = \"gauge\"\nshows", "device = \"tracker\"\nshows", "tracker has one sensor"),
+        ("shows = { pressure = \"air\" }", "shows = { command = \"air\" }", "a channel that shows the pressure"),
+        ("chambers = [\"air\"]\nlevels", "chambers = [\"air\", \"air\"]\nlevels", "every chamber once"),
+        ("levels = { values = [10, 20, 40]", "levels = { values = [10, -20, 40]", "gauge pressures >= 0"),
+        ("rate = { value = 100, unit = \"Hz\" }", "rate = { value = 1e9, unit = \"Hz\" }", "runs of at most"),
+        ("hold = { value = 3, unit = \"s\" }", "hold = { value = 1e12, unit = \"s\" }", "runs of at most"),
+        ("window = { value = 1, unit = \"s\" }", "window = { value = 3, unit = \"s\" }", "less than the hold"),
+        ("truth = { file = \"tip.csv\" }", "truth = { sum = [] }", "at least one quantity"),
+        ("truth = { file = \"tip.csv\" }", "truth = \"published\"", "a quantity that the paper prints a table of"),
+        ("decimals = 6\noffset", "decimals = 60\noffset", "at most 9"),
+        ("format = \"gauge\"", "format = \"plus\"", "a format that a device writes"),
+        ("hysteresis = { value = 3, unit = \"%\" }", "hysteresis = { value = 300, unit = \"%\" }", "a share below 1"),
+        ("droop", "drop", "did you mean `droop`"),
+    ] {
+        assert!(PLAN.contains(from), "{from}");
+        fs::write(lab.path().join("plan.toml"), PLAN.replacen(from, to, 1)).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        let error = rehearse(lab.path(), out.path(), Request::default()).unwrap_err();
+        assert!(error.contains(words), "{to}: {error}");
+        assert!(error.contains("expected:") && error.contains("next:"), "{error}");
+        let is_log = |entry: &fs::DirEntry| entry.file_name().to_string_lossy().starts_with("run-");
+        assert!(!fs::read_dir(out.path()).unwrap().any(|entry| is_log(&entry.unwrap())), "{to}");
+    }
+}
+
+/// The pressure follows a ramp as a first-order lag does, whatever the rates of the devices: p = r (t - τ (1 - exp(-t/τ))).
+#[test]
+fn physics_does_not_depend_on_the_rate_of_a_device() {
+    let lab = lab();
+    let ideal = "repeat = { value = 0.1, unit = \"%\" }";
+    let quiet = PLAN
+        .replacen("noise = { value = 0.05, unit = \"kPa\" }\n", "", 1)
+        .replacen(ideal, "", 1)
+        .replacen("droop = { value = 0.1,", "droop = { value = 0,", 1)
+        .replacen("jitter = { value = 0.2, unit = \"ms\" }\n", "", 1)
+        .replacen("instrument = \"pressure-sensor\"", "unit = \"kPa\"", 1);
+    for rate in [50, 2000] {
+        let plan = quiet.replacen("rate = { value = 50, unit", &format!("rate = {{ value = {rate}, unit"), 1);
+        fs::write(lab.path().join("plan.toml"), plan).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        rehearse(lab.path(), out.path(), Request { repeats: 1, ..Request::default() }).unwrap();
+        let log = fs::read_to_string(out.path().join("run-1-rig.csv")).unwrap();
+        for line in log.lines().skip(3) {
+            let cells: Vec<f64> = line.split(',').take(3).map(|cell| cell.parse().unwrap()).collect();
+            // From 2 s on to 10 kPa in 0.5 s.
+            let t = cells[0] - 2.0;
+            if (0.0..=0.5).contains(&t) {
+                let expected = 20.0 * (t - 0.1 * (1.0 - (-t / 0.1).exp()));
+                assert!((cells[2] - expected).abs() < 2e-3, "{rate} Hz: {line}, {expected}");
+            }
+        }
+    }
+}

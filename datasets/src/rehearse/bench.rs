@@ -7,10 +7,10 @@ use super::instrument::Meter;
 use super::plan::{Channel, Deviation, Device, Plan, Response, Shows, Sitting};
 use super::programme::{Between, Plateau, State, Timeline, Walk};
 use super::random::Normal;
-use super::specimen::{Behaviour, Component};
+use super::specimen::{Behaviour, Component, lagged};
 use super::truth::Equilibrium;
 
-/// The longest and the shortest step of the simulation, in s.
+/// The shortest and the longest step of the simulation, in s.
 const STEP_S: (f64, f64) = (1e-4, 5e-3);
 
 /// A stamp strays by no more than this share of a step: a clock without faults never goes back.
@@ -27,8 +27,19 @@ pub struct RunSetting<'a> {
     pub factor: f64,
     /// Cycles that the specimen has seen.
     pub cycles_before: u64,
-    /// Since when the chamber leaks, and the share of the pressure that is lost.
-    pub leak: Option<(f64, f64)>,
+    /// What leaks.
+    pub leak: Option<Leak>,
+}
+
+/// A chamber that leaks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leak {
+    /// Index of the chamber in the programme.
+    pub chamber: usize,
+    /// Since when, in s.
+    pub from_s: f64,
+    /// The share of the pressure that is lost.
+    pub share: f64,
 }
 
 /// What one device logs in one run.
@@ -163,13 +174,13 @@ impl Bench<'_> {
         RunLog { devices: recorders.into_iter().map(Recorder::finish).collect(), points }
     }
 
-    /// By how much an instrument is off in every run of a rig: its declared standard uncertainty, once drawn.
+    /// By how much a channel's instrument is off, in all that one seed rehearses: its declared standard uncertainty, once drawn.
     fn bias_si(&self, channel: &Channel, instrument: &Instrument) -> f64 {
-        let (Some(std), Some(id)) = (instrument.std, &channel.instrument) else { return 0.0 };
+        let Some(std) = instrument.std else { return 0.0 };
         if channel.is_flawless {
             return 0.0;
         }
-        instrument.output.to_si(std) * Normal::new(self.seed, &format!("bias of {id}")).next()
+        instrument.output.to_si(std) * Normal::new(self.seed, &format!("bias of {}", channel.id)).next()
     }
 
     fn recorders<'s>(&'s self, setting: &'s RunSetting) -> impl Iterator<Item = Recorder<'s>> + 's {
@@ -243,6 +254,8 @@ struct Physics<'a> {
     setting: &'a RunSetting<'a>,
     step_s: f64,
     pressures: Vec<f64>,
+    /// What the pressures go towards.
+    targets: Vec<f64>,
     /// Of each response, if it is none of sums.
     behaviours: Vec<Option<(Behaviour<'a>, Vec<Component>)>>,
 }
@@ -260,7 +273,7 @@ impl<'a> Physics<'a> {
         };
         let behaviours = bench.sitting.responses.iter().zip(bench.equilibria).map(behaviour).collect();
         let pressures = vec![0.0; bench.sitting.programme.chambers.len()];
-        Self { bench, setting, step_s, pressures, behaviours }
+        Self { bench, setting, step_s, targets: pressures.clone(), pressures, behaviours }
     }
 
     fn signals(&mut self, between: &Between, timeline: &Timeline, at_s: f64) -> Signals {
@@ -276,12 +289,12 @@ impl<'a> Physics<'a> {
         for i in 0..self.pressures.len() {
             signals.push(between.blend(|state| state.pressures_pa[i]));
         }
-        let share =
-            if regulator.time_constant_s > 0.0 { -(-self.step_s / regulator.time_constant_s).exp_m1() } else { 1.0 };
         for i in 0..self.pressures.len() {
-            let lost = self.setting.leak.filter(|(from_s, _)| at_s >= *from_s).map_or(0.0, |(_, share)| share);
+            let leak = self.setting.leak.filter(|leak| leak.chamber == i && at_s >= leak.from_s);
+            let lost = leak.map_or(0.0, |leak| leak.share);
             let target = signals[i] * (1.0 - regulator.droop) * (1.0 - lost);
-            self.pressures[i] += share * (target - self.pressures[i]);
+            let before = std::mem::replace(&mut self.targets[i], target);
+            self.pressures[i] = lagged(self.pressures[i], before, target, self.step_s, regulator.time_constant_s);
             signals.push(self.pressures[i]);
         }
         let mut at = Vec::with_capacity(sitting.responses.len());

@@ -45,6 +45,8 @@ pub struct LogFile {
     pub tables: Vec<Table>,
     /// Devices of the tables, as indices in the plan.
     pub devices: Vec<usize>,
+    /// Decimals of its first channel.
+    decimals: usize,
 }
 
 impl LogFile {
@@ -60,7 +62,9 @@ impl LogFile {
                 file.devices.push(log.device);
             } else {
                 let devices = vec![log.device];
-                files.push(Self { device: device.id.clone(), format: device.format, tables: vec![table], devices });
+                let decimals = log.columns.first().map_or(0, |column| plan.channels[column.channel].decimals);
+                let device = device.clone();
+                files.push(Self { device: device.id, format: device.format, tables: vec![table], devices, decimals });
             }
         }
         files
@@ -116,7 +120,7 @@ impl LogFile {
                     (column.cells.numbers().unwrap_or_default(), column.unit.as_deref().unwrap_or_default())
                 });
                 let clock = gauge::Clock::Seconds(seconds);
-                text(format!("# {note}\n{}", gauge::write(values, unit, 3, clock)))
+                text(format!("# {note}\n{}", gauge::write(values, unit, self.decimals, clock)))
             }
             Format::Trakstar => text(format!("# {note}\n{}", tracker::write_trakstar(table))),
             Format::Lvm => {

@@ -26,7 +26,7 @@ pub struct Meter<'a> {
 }
 
 impl<'a> Meter<'a> {
-    /// An instrument; its bias is that of the sitting, its noise that of the run.
+    /// An instrument; its bias is that of the seed, its noise that of the run.
     pub fn new(channel: &'a Channel, instrument: Option<&'a Instrument>, bias_si: f64, noise: Normal) -> Self {
         let own = channel.unit.unwrap_or(Unit::ONE);
         let (logged, measured) = instrument.map_or((own, own), |i| (i.input, i.output));

@@ -7,6 +7,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `plan/` | `rehearsals/<id>.toml` |
+//! | `check.rs` | whether its parts fit together |
 //! | `states.rs` | which pressures and conditions are visited, in which runs |
 //! | `programme.rs` | what is asked of the pressure over time |
 //! | `truth.rs` | what really happens at equilibrium: a form, the paper's table, a table of the user's |
@@ -22,6 +23,7 @@
 
 mod bench;
 mod bounds;
+mod check;
 mod faults;
 mod files;
 mod instrument;
@@ -169,9 +171,9 @@ impl Rehearsal {
         for model in &actuator.imported {
             actuator_tables.push((model.file.name.clone(), actuator_located.beside(&model.file.name)?));
         }
+        check::check(&plan, &rig, &actuator)?;
         change(&mut plan, &request)?;
         let bounds_text = bounds.map(|bounds| bounds::of_plan(&bounds.file, &bounds.bytes, &plan)).transpose()?;
-        check(&plan, &rig)?;
         Ok(Self {
             plan,
             request,
@@ -191,24 +193,32 @@ impl Rehearsal {
         &self.plan.id
     }
 
+    /// Whether the pressure moves all the time in some sitting, so that nothing can be compared at plateaus.
+    pub fn is_moving(&self) -> bool {
+        let moves = |sitting: &Sitting| matches!(sitting.programme.kind, ProgrammeKind::Ramp | ProgrammeKind::Sine);
+        self.plan.sittings.iter().any(moves)
+    }
+
     /// Writes all files, one session after the other.
     ///
     /// # Errors
     /// [`IngestError`] for a truth that is not known, a fault that has nothing to hit, a format that cannot hold what is logged, and
     /// as the sink.
     pub fn write(&self, sink: Sink) -> Result<Vec<Written>, IngestError> {
+        let several = self.plan.sittings.len() > 1 || self.request.specimens > 1;
+        let prepared: Vec<Prepared> =
+            self.plan.sittings.iter().map(|sitting| self.prepare(sitting)).collect::<Result<_, _>>()?;
+        self.check_faults(&prepared)?;
         self.write_shared(sink)?;
         tensile::write(&self.plan, &self.actuator, self.request.seed, &self.note(), sink)?;
-        let several = self.plan.sittings.len() > 1 || self.request.specimens > 1;
         let mut written = Vec::new();
-        for sitting in &self.plan.sittings {
-            let prepared = self.prepare(sitting)?;
+        for (sitting, prepared) in self.plan.sittings.iter().zip(&prepared) {
             for specimen in 0..self.request.specimens {
                 let suffix = if self.request.specimens > 1 { format!("-s{}", specimen + 1) } else { String::new() };
                 let session = Session {
                     rehearsal: self,
                     bench: prepared.bench(self, sitting),
-                    prepared: &prepared,
+                    prepared,
                     id: &format!("{}-seed{}{suffix}", sitting.id, self.request.seed),
                     folder: &if several { format!("{}{suffix}/", sitting.id) } else { String::new() },
                     specimen,
@@ -218,6 +228,24 @@ impl Rehearsal {
             }
         }
         Ok(written)
+    }
+
+    /// Every fault has something to hit in one sitting at least.
+    fn check_faults(&self, prepared: &[Prepared]) -> Result<(), IngestError> {
+        for asked in &self.request.faults {
+            let mut refused = None;
+            for (sitting, prepared) in self.plan.sittings.iter().zip(prepared) {
+                let bench = prepared.bench(self, sitting);
+                let (id, folder) = (sitting.id.as_str(), "");
+                let session = Session { rehearsal: self, bench, prepared, id, folder, specimen: 0, factor: 1.0 };
+                match session.can_carry(asked) {
+                    Ok(()) => refused = Some(Ok(())),
+                    Err(error) => refused = refused.or(Some(Err(error))),
+                }
+            }
+            refused.unwrap_or(Ok(()))?;
+        }
+        Ok(())
     }
 
     /// What a specimen makes of every deflection.
@@ -357,41 +385,6 @@ fn change(plan: &mut Plan, request: &Request) -> Result<(), IngestError> {
         }
         let mut responses = plan.sittings.iter_mut().flat_map(|sitting| &mut sitting.responses);
         responses.by_ref().filter(|r| r.quantity.id == *quantity).for_each(|r| r.truth = truth.clone());
-    }
-    Ok(())
-}
-
-/// The instruments that a plan names are in the rig, and devices of special formats log what those hold.
-fn check(plan: &Plan, rig: &Rig) -> Result<(), IngestError> {
-    for channel in &plan.channels {
-        let Some(id) = &channel.instrument else { continue };
-        if !rig.instruments.contains_key(id) {
-            return Err(IngestError::Malformed {
-                place: Place::new(&plan.file, Some(channel.line), Some(format!("channel `{}`", channel.id))),
-                expected: format!("an instrument of {}", rig.file),
-                found: format!("`{id}`"),
-                next: suggestion(id, rig.instruments.keys().map(String::as_str)),
-            });
-        }
-    }
-    for device in &plan.devices {
-        let channels: Vec<_> = plan.channels.iter().filter(|channel| channel.device == device.id).collect();
-        let is_quantity = |channel: &&plan::Channel| matches!(channel.shows, plan::Shows::Quantity(..));
-        let expected = match device.format {
-            Format::Gauge if channels.len() != 1 || !channels.iter().all(is_quantity) => {
-                "one channel of a quantity: a gauge logs nothing else"
-            }
-            Format::Trakstar if channels.iter().any(|c| !is_quantity(c) && c.shows != plan::Shows::Trigger) => {
-                "components of positions: a tracker logs nothing else"
-            }
-            _ => continue,
-        };
-        return Err(IngestError::Malformed {
-            place: Place::new(&plan.file, Some(device.line), Some(format!("device `{}`", device.id))),
-            expected: expected.to_owned(),
-            found: channels.iter().map(|channel| channel.id.as_str()).collect::<Vec<_>>().join(", "),
-            next: "take another format, csv for instance".to_owned(),
-        });
     }
     Ok(())
 }

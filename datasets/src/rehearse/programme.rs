@@ -25,7 +25,7 @@ pub struct Plateau {
     pub to_s: f64,
     /// What is set.
     pub state: State,
-    /// Whether the pressure was lower before.
+    /// Whether the pressure was no higher before.
     pub loading: bool,
     /// Which cycle, from zero.
     pub cycle: usize,
@@ -78,8 +78,11 @@ impl Programme {
             let Some(top) = top else { break };
             match self.kind {
                 ProgrammeKind::Steps => {
-                    let down = states.iter().rev().skip(1).filter(|_| self.unload).map(|state| (state, false));
-                    for (state, loading) in states.iter().map(|state| (state, true)).chain(down) {
+                    let down = states.iter().rev().skip(1).filter(|_| self.unload);
+                    for state in states.iter().chain(down) {
+                        // As much or more than before, in sum over the chambers.
+                        let sum = |state: &State| state.pressures_pa.iter().sum::<f64>();
+                        let loading = building.knots.last().is_none_or(|(_, before)| sum(state) >= sum(before));
                         building.go(self.rise_s, state);
                         building.hold(self.hold_s, state, loading, cycle);
                     }

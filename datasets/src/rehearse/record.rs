@@ -84,7 +84,7 @@ pub struct PointRecord {
     pub to_s: f64,
     /// Which cycle, from 1.
     pub cycle: usize,
-    /// Whether the pressure was lower before.
+    /// Whether the pressure was no higher before.
     pub loading: bool,
     /// What was asked of the regulator, in Pa.
     pub commanded_pa: Vec<f64>,
@@ -99,7 +99,7 @@ pub struct PointRecord {
 pub struct QuantityRecord {
     /// Its id.
     pub quantity: String,
-    /// At equilibrium at these pressures on the loading branch, a component each.
+    /// At equilibrium at these pressures on the loading branch, a component each, of a specimen without spread.
     pub equilibrium_si: Vec<f64>,
     /// Mean over the window, without noise.
     pub mean_si: Vec<f64>,

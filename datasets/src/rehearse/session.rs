@@ -8,10 +8,11 @@ use pneuval_ingest::error::suggestion;
 use pneuval_ingest::finding::FindingKind;
 use pneuval_ingest::formats::Format;
 
-use super::bench::{Bench, DeviceLog, RunSetting};
+use super::bench::{Bench, DeviceLog, Leak, RunSetting};
 use super::faults::{Asked, Fault, FaultRecord, Layout, Target, line_number, spoil_bytes, spoil_log};
 use super::files::{LogFile, column_of};
 use super::manifests::{RunFiles, SessionText, follows};
+use super::plan::{Channel, Device, Shows};
 use super::random::Normal;
 use super::record::{FileRecord, RunRecord, TruthRecord, points};
 use super::states::Group;
@@ -20,9 +21,8 @@ use super::{Prepared, Rehearsal, Sink, Written};
 /// The share of the pressure that a leak costs, and the share of the run after which it begins.
 const LEAK: (f64, f64) = (0.15, 0.4);
 
-/// Clock faults: s, and s per s.
-const CLOCK_OFFSET_S: f64 = 0.25;
-const CLOCK_DRIFT: f64 = 2000e-6;
+/// Numbers that are logged in one run: far more than a lab logs in a day, and what memory holds.
+const RUN_NUMBERS_MAX: f64 = 1e8;
 
 /// A session that is written.
 pub(super) struct Session<'a> {
@@ -114,7 +114,8 @@ impl Session<'_> {
         let timeline = sitting.programme.timeline(&group.states);
         progress.run_s = progress.run_s.max(timeline.end_s);
         progress.record.triggers_s.clone_from(&timeline.triggers_s);
-        let has_leak = asked.iter().any(|asked| asked.fault == Fault::Leak);
+        let leak = asked.iter().find(|asked| asked.fault == Fault::Leak).map(|asked| self.leak(asked, timeline.end_s));
+        self.check_size(timeline.end_s)?;
         // Of several walls each is a specimen of its own; the others do not tire it.
         let cycles = progress.runs.len() / self.prepared.groups.len() * sitting.programme.cycles;
         let setting = RunSetting {
@@ -122,7 +123,7 @@ impl Session<'_> {
             sitting: self.id,
             factor: self.factor,
             cycles_before: plan.specimen.cycles_before + cycles as u64,
-            leak: has_leak.then_some((LEAK.1 * timeline.end_s, LEAK.0)),
+            leak: leak.transpose()?,
         };
         let mut log = self.bench.run(&timeline, &setting);
         let mut hits = Vec::new();
@@ -157,6 +158,50 @@ impl Session<'_> {
         Ok(())
     }
 
+    /// A session that no memory holds is refused before it is made.
+    fn check_size(&self, end_s: f64) -> Result<(), IngestError> {
+        let plan = self.bench.plan;
+        let numbers = |device: &Device| device.rate_hz * end_s * (2.0 + self.bench.channels_of(device).count() as f64);
+        let numbers: f64 = plan.devices.iter().filter(|device| self.bench.logs(device)).map(numbers).sum();
+        // The steps of the simulation are at least 200 in a second.
+        if numbers.max(200.0 * end_s) <= RUN_NUMBERS_MAX {
+            return Ok(());
+        }
+        let item = format!("programme of `{}`", self.bench.sitting.id);
+        let expected = format!("runs of at most {RUN_NUMBERS_MAX:e} numbers");
+        let found = format!("{end_s} s with {numbers:e} numbers");
+        let next = "shorten holds or cycles, or lower the rates";
+        Err(self.rehearsal.malformed(None, &item, &expected, &found, next))
+    }
+
+    /// The leak that a fault asks for.
+    fn leak(&self, asked: &Asked, end_s: f64) -> Result<Leak, IngestError> {
+        let target = self.target(asked)?;
+        let shows = target.channel.map(|channel| &self.bench.plan.channels[channel].shows);
+        let chamber = match shows {
+            Some(Shows::Pressure(id)) => self.bench.sitting.programme.chambers.iter().position(|known| known == id),
+            _ => None,
+        };
+        Ok(Leak { chamber: chamber.unwrap_or(0), from_s: LEAK.1 * end_s, share: LEAK.0 })
+    }
+
+    /// What a fault hits.
+    fn target(&self, asked: &Asked) -> Result<Target, IngestError> {
+        let found = asked.fault.target(asked.channel.as_deref(), &self.bench);
+        found.map_err(|found| self.nothing_to_hit(asked, &found))
+    }
+
+    /// Whether a fault has something to hit in this session.
+    pub fn can_carry(&self, asked: &Asked) -> Result<(), IngestError> {
+        self.target(asked).map(|_| ())
+    }
+
+    fn nothing_to_hit(&self, asked: &Asked, found: &str) -> IngestError {
+        let item = format!("fault `{}`", asked.name);
+        let next = "name another channel, NAME@CHANNEL, another fault, or another --format";
+        self.rehearsal.malformed(None, &item, "something that it can hit", found, next)
+    }
+
     /// The faults that are asked for, each with its run.
     fn asked(&self, runs: &[String]) -> Result<Vec<Asked>, IngestError> {
         let with_run = |asked: &Asked| {
@@ -169,24 +214,31 @@ impl Session<'_> {
             asked.run = asked.run.or_else(|| runs.get(1).or(runs.first()).cloned());
             Ok(asked)
         };
-        self.rehearsal.request.faults.iter().map(with_run).collect()
+        // What has nothing to hit here hits another sitting: that one of them can carry it was checked.
+        let here = self.rehearsal.request.faults.iter().filter(|asked| self.can_carry(asked).is_ok());
+        let all: Vec<Asked> = here.map(with_run).collect::<Result<_, _>>()?;
+        for (index, asked) in all.iter().enumerate() {
+            let target = self.target(asked)?;
+            for other in &all[..index] {
+                if other.run == asked.run && self.target(other)?.device == target.device {
+                    let device = &self.bench.plan.devices[target.device].id;
+                    let found = format!("`{}` and `{}` on `{device}`", other.name, asked.name);
+                    let next = "put one of them into another run, NAME:RUN, or on another device, NAME@CHANNEL";
+                    let item = format!("fault `{}`", asked.name);
+                    return Err(self.rehearsal.malformed(None, &item, "one fault a device and run", &found, next));
+                }
+            }
+        }
+        Ok(all)
     }
 
     /// A fault of what is logged; one of bytes is only aimed.
     fn hit_log(&self, asked: &Asked, run: &str, logs: &mut [DeviceLog]) -> Result<Hit, IngestError> {
         let plan = self.bench.plan;
-        let wrong = |found: &str| {
-            let item = format!("fault `{}`", asked.name);
-            let next = "name another channel, NAME@CHANNEL, another fault, or another --format";
-            self.rehearsal.malformed(None, &item, "something that it can hit", found, next)
-        };
-        let target = asked.fault.target(asked.channel.as_deref(), &self.bench).map_err(|found| wrong(&found))?;
+        let wrong = |found: &str| self.nothing_to_hit(asked, found);
+        let target = self.target(asked)?;
         let device = &plan.devices[target.device];
         let channel = target.channel.map(|channel| &plan.channels[channel]);
-        let instrument = channel.and_then(|channel| self.bench.rig.instruments.get(channel.instrument.as_ref()?));
-        let is_ranged = instrument.is_some_and(|i| i.range.is_some() || i.valid.is_some());
-        let follows = channel.is_some_and(|channel| follows(plan, channel).is_some());
-        let expected = asked.fault.expected(device.format, follows, is_ranged).map_err(wrong)?;
         let Some(log) = logs.iter_mut().find(|log| log.device == target.device) else {
             return Err(wrong("a device that logs nothing"));
         };
@@ -196,16 +248,12 @@ impl Session<'_> {
         let samples = match asked.fault {
             // As the regulator loses the pressure.
             Fault::Leak => (log.true_s.partition_point(|t| *t < LEAK.1 * log.true_s[rows - 1]) + 1, rows),
-            Fault::ClockOffset | Fault::ClockDrift => {
-                let (offset, drift) =
-                    if asked.fault == Fault::ClockOffset { (CLOCK_OFFSET_S, 0.0) } else { (0.0, CLOCK_DRIFT) };
-                for stamp in &mut log.stamps_s {
-                    *stamp = ((offset + *stamp * (1.0 + drift)) * 1e6).round() / 1e6;
-                }
-                (1, rows)
-            }
             _ => hit.unwrap_or((1, rows)),
         };
+        // Whether any reading leaves the range of its instrument only the readings say.
+        let is_beyond = channel.is_some_and(|channel| self.is_beyond(channel, target.channel, log));
+        let follows = channel.is_some_and(|channel| follows(plan, channel).is_some());
+        let expected = asked.fault.expected(device.format, follows, is_beyond).map_err(wrong)?;
         let record = FaultRecord {
             fault: asked.name,
             run: run.to_owned(),
@@ -217,6 +265,22 @@ impl Session<'_> {
             expected: expected.into_iter().map(FindingKind::id).collect(),
         };
         Ok(Hit { fault: asked.fault, target, record })
+    }
+
+    /// Whether a logged number of a channel lies beyond the range of its instrument, or where that is calibrated.
+    fn is_beyond(&self, channel: &Channel, index: Option<usize>, log: &DeviceLog) -> bool {
+        let instrument = channel.instrument.as_ref().and_then(|id| self.bench.rig.instruments.get(id));
+        let column = log.columns.iter().find(|column| Some(column.channel) == index);
+        let (Some(instrument), Some(column)) = (instrument, column) else { return false };
+        column.values.iter().filter(|value| value.is_finite()).any(|value| {
+            let measured = match &instrument.calibration {
+                None => Some(instrument.output.from_si(instrument.input.to_si(*value))),
+                Some(calibration) => calibration.apply(*value),
+            };
+            let valid = instrument.valid.is_none_or(|(min, max)| (min..=max).contains(value));
+            let inside = |measured: f64| instrument.range.is_none_or(|(min, max)| (min..=max).contains(&measured));
+            !valid || measured.is_none_or(|measured| !inside(measured))
+        })
     }
 
     /// A fault of bytes, and where each fault lies in a file.
@@ -234,7 +298,14 @@ impl Session<'_> {
             hit.record.samples = samples;
         }
         let has_lines = !matches!(file.format, Format::Mcap | Format::Tdms);
-        if has_lines && hit.fault != Fault::Truncated {
+        if hit.fault == Fault::FlippedBit && !has_lines {
+            // A chunk holds all channels.
+            hit.record.channel = None;
+        }
+        if hit.fault == Fault::Truncated && has_lines {
+            let line = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;
+            hit.record.lines = Some((line, line));
+        } else if has_lines {
             let (first, last) = hit.record.samples;
             // A trailer is the line behind the last sample.
             let behind = usize::from(hit.fault == Fault::Trailer);

@@ -38,6 +38,8 @@ pub struct Behaviour<'a> {
 pub struct Component {
     /// The late parts of the deflection.
     late: Vec<f64>,
+    /// The deflection a step before.
+    before: f64,
 }
 
 impl<'a> Behaviour<'a> {
@@ -68,14 +70,27 @@ impl<'a> Behaviour<'a> {
         let softened = 1.0 - softening * (-self.cycles / softening_cycles).exp();
         let d = self.factor * softened * (y - rest + loop_part);
         // The first call finds it at rest.
-        component.late.resize(creep.len(), d);
+        if component.late.len() < creep.len() {
+            *component = Component { late: vec![d; creep.len()], before: d };
+        }
         let mut value = rest + d;
         for ((share, time_s), late) in creep.iter().zip(&mut component.late) {
-            *late = d + (*late - d) * (-self.step_s / time_s).exp();
+            *late = lagged(*late, component.before, d, self.step_s, *time_s);
             value += share * (*late - d);
         }
+        component.before = d;
         value
     }
+}
+
+/// A first-order lag after a step in which its target goes straight from one value to another: the exact solution, so that nothing
+/// depends on the length of steps.
+pub fn lagged(value: f64, from: f64, to: f64, step_s: f64, time_s: f64) -> f64 {
+    if time_s <= 0.0 {
+        return to;
+    }
+    let behind = (to - from) / step_s * time_s;
+    to - behind + (value - from + behind) * (-step_s / time_s).exp()
 }
 
 #[cfg(test)]
@@ -98,10 +113,10 @@ mod tests {
         let specimen = Specimen { creep: vec![(0.1, 2.0)], ..Specimen::default() };
         let path: Vec<f64> = (0..3000).map(|i| if i < 10 { 0.0 } else { 1.0 }).collect();
         let y = after(&specimen, &path, 0);
-        // At t after the step: 30 - 0.1·20·exp(-t/2).
+        // The step is a ramp of h = 0.01 s, τ = 2 s: at t after its end 30 - 0.1·20·(τ/h)(1 - exp(-h/τ)) exp(-t/τ).
         for i in [10, 110, 410, 2999] {
-            let t = 0.01 * f64::from(i - 9);
-            let expected = 30.0 - 2.0 * (-t / 2.0).exp();
+            let t = 0.01 * f64::from(i - 10);
+            let expected = 30.0 - 2.0 * 200.0 * (1.0 - (-0.005_f64).exp()) * (-t / 2.0).exp();
             assert!((y[usize::try_from(i).unwrap()] - expected).abs() < 1e-9, "{i}");
         }
     }

@@ -43,7 +43,7 @@ pub fn visit(sitting: &Sitting, sources: &Sources) -> Result<Visit, IngestError>
         all
     };
     let rows = if sitting.programme.levels.is_empty() {
-        printed_rows(sitting, sources)?
+        printed_rows(sitting, &settings, sources)?
     } else {
         let sets = settings.iter().fold(vec![vec![]], |sets: Vec<Vec<f64>>, setting| {
             let with = |set: &Vec<f64>| {
@@ -90,7 +90,7 @@ pub fn visit(sitting: &Sitting, sources: &Sources) -> Result<Visit, IngestError>
 type Row = (Vec<f64>, Vec<f64>);
 
 /// The rows of the first response whose truth is printed: pressures of the programme's chambers, and values of its conditions.
-fn printed_rows(sitting: &Sitting, sources: &Sources) -> Result<Vec<Row>, IngestError> {
+fn printed_rows(sitting: &Sitting, settings: &[&Setting], sources: &Sources) -> Result<Vec<Row>, IngestError> {
     let is_printed = |response: &&Response| matches!(response.truth, Truth::Published);
     let Some(response) = sitting.responses.iter().find(is_printed).or(sitting.responses.first()) else {
         return Ok(vec![]);
@@ -107,7 +107,13 @@ fn printed_rows(sitting: &Sitting, sources: &Sources) -> Result<Vec<Row>, Ingest
             index.and_then(|index| printed.get(index)).copied().unwrap_or(0.0)
         };
         let pressures = sitting.programme.chambers.iter().map(pressure).collect();
-        rows.push((pressures, table.conditions_si[row].iter().map(|value| value.si).collect()));
+        let own = sources.conditions(response, table, row)?;
+        let setting = |setting: &&Setting| {
+            let at = response.conditions.iter().position(|known| known.id == setting.id);
+            // What only another response is set at stays at its first value.
+            at.map_or_else(|| setting.values_si.first().copied().unwrap_or(0.0), |at| own[at])
+        };
+        rows.push((pressures, settings.iter().map(setting).collect()));
     }
     Ok(rows)
 }

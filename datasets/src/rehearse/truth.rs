@@ -113,6 +113,28 @@ impl Sources<'_> {
         })
     }
 
+    /// The conditions of a printed row, in the order in which a response names them.
+    ///
+    /// # Errors
+    /// [`IngestError::Malformed`] if the two do not have the same.
+    pub fn conditions(&self, response: &Response, table: &PublishedTable, row: usize) -> Result<Vec<f64>, IngestError> {
+        let named = || table.conditions.iter().map(|condition| condition.id.as_str());
+        let wrong = || {
+            let found: Vec<&str> = response.conditions.iter().map(|setting| setting.id.as_str()).collect();
+            let expected = format!("the conditions of the printed table: {}", named().collect::<Vec<_>>().join(", "));
+            let next = "name every one of them, and no other".to_owned();
+            self.malformed(response, &expected, &found.join(", "), next)
+        };
+        if table.conditions.len() != response.conditions.len() {
+            return Err(wrong());
+        }
+        let value = |setting: &super::plan::Setting| {
+            let at = named().position(|id| id == setting.id).ok_or_else(wrong)?;
+            Ok(table.conditions_si[row][at].si)
+        };
+        response.conditions.iter().map(value).collect()
+    }
+
     fn malformed(&self, response: &Response, expected: &str, found: &str, next: String) -> IngestError {
         let item = format!("truth of `{}`", response.quantity.id);
         IngestError::Malformed {
@@ -166,10 +188,14 @@ impl Sources<'_> {
     /// Rows of the paper's table at some conditions, with the state at rest, which is zero where print does not say it.
     fn printed(&self, response: &Response, conditions: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, IngestError> {
         let table = self.table(response)?;
+        let Some(chamber) = table.chambers.iter().position(|known| response.chambers.contains(known)) else {
+            let next = suggestion("", table.chambers.iter().map(String::as_str));
+            let found = response.chambers.join(", ");
+            return Err(self.malformed(response, "a chamber of the printed table", &found, next));
+        };
         let mut points: Vec<(f64, Vec<f64>)> = Vec::new();
         for (row, pressures) in table.pressures_gauge_pa.iter().enumerate() {
-            let here: Vec<f64> = table.conditions_si[row].iter().map(|condition| condition.si).collect();
-            if !same(&here, conditions) {
+            if !same(&self.conditions(response, table, row)?, conditions) {
                 continue;
             }
             let Some(measured) = &table.measured[row] else {
@@ -177,7 +203,7 @@ impl Sources<'_> {
                 let next = "take a form, or a file of your own".to_owned();
                 return Err(self.malformed(response, "a printed value in every row", &found, next));
             };
-            points.push((pressures.first().copied().unwrap_or(0.0), measured.iter().map(|value| value.si).collect()));
+            points.push((pressures[chamber], measured.iter().map(|value| value.si).collect()));
         }
         if points.is_empty() {
             let next = "leave `levels` and `values` out, so that the printed rows are visited".to_owned();

@@ -40,16 +40,19 @@ pub fn spoil_bytes(fault: Fault, layout: &Layout, bytes: &mut Vec<u8>) -> Option
             Some((middle + 1, middle + LINES))
         }
         Fault::Truncated => {
-            // Within a line, and within a number of it.
+            // Within a line, and within a number of it; above the samples stand so many lines.
+            let head = bytes.iter().filter(|byte| **byte == b'\n').count().saturating_sub(*rows);
             let mut end = bytes.len() * 7 / 10;
             let is_inside = |at: usize| bytes[at - 1].is_ascii_digit() && bytes[at].is_ascii_digit();
             while *format != Format::Mcap && *format != Format::Tdms && !is_inside(end) {
                 end += 1;
             }
             bytes.truncate(end);
-            let lines = bytes.iter().filter(|byte| **byte == b'\n').count();
-            let row = if matches!(format, Format::Mcap | Format::Tdms) { rows * 7 / 10 } else { lines };
-            Some((row, *rows))
+            let left = bytes.iter().filter(|byte| **byte == b'\n').count();
+            // In a bag or a stream of several tables it is about there.
+            let is_text = !matches!(format, Format::Mcap | Format::Tdms);
+            let row = if is_text { left - head } else { rows * 7 / 10 };
+            Some((row + 1, *rows))
         }
         Fault::FlippedBit if *format == Format::Mcap => {
             let at = bytes.len() / 2;

@@ -166,20 +166,21 @@ impl Fault {
     ///
     /// # Errors
     /// Why it cannot stand in a file of that format.
-    pub fn expected(self, format: Format, follows: bool, is_ranged: bool) -> Result<Vec<FindingKind>, &'static str> {
+    pub fn expected(self, format: Format, follows: bool, is_beyond: bool) -> Result<Vec<FindingKind>, &'static str> {
         use FindingKind as K;
         let is_text = !matches!(format, Format::Mcap | Format::Tdms);
         let only_text = |kinds: &[FindingKind]| {
             if is_text { Ok(kinds.to_vec()) } else { Err("numbers are stored in binary: no text, no lines") }
         };
-        // A measured pressure is held against its command, everything else against the range of its instrument.
+        // A measured pressure is held against its command, everything else against the range of its instrument. What stays within
+        // that is seen by nobody who looks at one channel.
         let by_meaning = || {
             let mut kinds = Vec::new();
             if follows {
                 kinds.push(K::CommandMismatch);
             }
-            if is_ranged {
-                kinds.push(K::OutOfRange);
+            if is_beyond {
+                kinds.extend([K::OutOfRange, K::OutOfCalibration]);
             }
             Ok(kinds)
         };
@@ -188,6 +189,10 @@ impl Fault {
             Self::Jitter => Ok(vec![K::Jitter]),
             Self::TimeBack => Ok(vec![K::TimeReversed]),
             Self::DuplicateStamps => Ok(vec![K::DuplicateStamp]),
+            // A gauge without a reading shows an overload.
+            Self::DroppedInstrument | Self::NotANumber if format == Format::Gauge => {
+                Ok(vec![K::OutOfRange, K::NoValue])
+            }
             Self::DroppedInstrument | Self::NotANumber => Ok(vec![K::NoValue, K::EmptyCell, K::NonNumericCell]),
             Self::SwappedChannels
             | Self::UnitPsi
@@ -200,7 +205,8 @@ impl Fault {
             Self::Saturation => Ok(vec![K::Saturated]),
             Self::Flatline => Ok(vec![K::Flatline, K::Saturated]),
             Self::TextInNumbers => only_text(&[K::NonNumericCell, K::SkippedLine, K::RaggedLine, K::NoValue]),
-            Self::Truncated => Ok(vec![K::Truncated, K::CountMismatch, K::CrcMismatch]),
+            // A number that is cut may still be one: then the file has no line end.
+            Self::Truncated => Ok(vec![K::Truncated, K::CountMismatch, K::CrcMismatch, K::NoLineEnd]),
             Self::FlippedBit => match format {
                 Format::Mcap => Ok(vec![K::CrcMismatch]),
                 Format::Tdms => Err("the format has no checksum: any bits are a number"),
@@ -263,22 +269,41 @@ impl Fault {
             Self::SwappedChannels => {
                 is_pressure(channel)
                     && channels()
-                        .any(|(_, other)| other.device == channel.device && !is_pressure(other) && is_swappable(other))
+                        .any(|(_, other)| other.device == channel.device && !is_pressure(other) && is_live(other))
             }
             _ => is_measured(channel),
         };
         let found = match asked {
-            Some(id) => channels().find(|(_, channel)| channel.id == id).ok_or_else(|| {
-                format!("no channel `{id}` in this sitting: {}", suggestion(id, channels().map(|(_, c)| c.id.as_str())))
-            })?,
-            None => {
-                channels().find(|(_, channel)| fits(channel)).ok_or("no channel in this sitting that it could hit")?
+            Some(id) => {
+                let known = || channels().map(|(_, channel)| channel.id.as_str());
+                let named = channels().find(|(_, channel)| channel.id == id);
+                let named = named.ok_or_else(|| format!("no channel `{id}`: {}", suggestion(id, known())))?;
+                let is_hit = self.is_of_device() || is_live(named.1) && self.may_hit(named.1, bench, unit_of(named.1));
+                named_or(is_hit.then_some(named), id)?
             }
+            None => channels()
+                .find(|(_, channel)| fits(channel))
+                .ok_or_else(|| "no channel in this sitting that it could hit".to_owned())?,
         };
         // Every channel names a device that is there: the plan is checked for it.
         let device = device_of(found.1).ok_or("no device")?;
         let channel = (!self.is_of_device()).then_some(found.0);
         Ok(Target { device, channel })
+    }
+
+    /// Whether it makes sense on a channel that shows readings.
+    fn may_hit(self, channel: &Channel, bench: &Bench, unit: Option<Unit>) -> bool {
+        let has = |dimension: Dimension| unit.is_some_and(|unit| unit.dimension == dimension);
+        match self {
+            Self::Leak => matches!(channel.shows, Shows::Pressure(_)),
+            Self::UnitPsi | Self::UnitBar | Self::UnitPa => has(Dimension::Pressure),
+            Self::UnitCm => has(Dimension::Length),
+            Self::SwappedChannels => {
+                let channels = bench.plan.channels.iter();
+                channels.filter(|other| other.device == channel.device && is_live(other)).count() > 1
+            }
+            _ => true,
+        }
     }
 
     /// Whether it hits a whole device or file.
@@ -298,7 +323,12 @@ impl Fault {
     }
 }
 
-/// Whether a channel may stand under another's name: no command and no trigger.
-fn is_swappable(channel: &Channel) -> bool {
-    !matches!(channel.shows, Shows::Command(_) | Shows::Trigger)
+/// A channel that was found, or why it cannot be hit.
+fn named_or<T>(found: Option<T>, id: &str) -> Result<T, String> {
+    found.ok_or_else(|| format!("channel `{id}`, on which it would show nothing"))
+}
+
+/// Whether a channel shows readings: no command, no condition that somebody set, no trigger.
+fn is_live(channel: &Channel) -> bool {
+    matches!(channel.shows, Shows::Pressure(_) | Shows::Quantity(..))
 }

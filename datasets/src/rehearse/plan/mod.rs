@@ -6,7 +6,7 @@ use pneuval_ingest::IngestError;
 use pneuval_ingest::document::Document;
 use pneuval_ingest::formats::Format;
 use pneuval_ingest::manifest::{ComparisonSpec, Quantity};
-use pneuval_ingest::units::Unit;
+use pneuval_ingest::units::{Dimension, Unit};
 
 /// A rehearsal as it is written. Times are in s, pressures gauge in Pa, shares in 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,6 +118,8 @@ pub struct Channel {
     pub noise_si: f64,
     /// What it gains per second, in SI units of what is measured.
     pub drift_si_per_s: f64,
+    /// What noise and drift are amounts of, where they are declared.
+    pub noise_dimensions: Vec<Dimension>,
     /// Its instrument measures without bias, noise and drift.
     pub is_flawless: bool,
     /// Decimals that are logged.
@@ -276,11 +278,6 @@ impl Plan {
     pub fn read(file: &str, bytes: &[u8]) -> Result<Self, IngestError> {
         let document = Document::new(file, bytes)?;
         document.parse::<raw::Raw>()?.checked(&document)
-    }
-
-    /// The device of an id; every channel names one that is there.
-    pub fn device(&self, id: &str) -> Option<&Device> {
-        self.devices.iter().find(|device| device.id == id)
     }
 
     /// A specimen and instruments without any flaw: what is logged is the truth.

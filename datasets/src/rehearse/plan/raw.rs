@@ -41,7 +41,7 @@ pub(super) struct Raw {
 #[serde(deny_unknown_fields)]
 struct RawTensile {
     material: Spanned<String>,
-    strips: usize,
+    strips: Spanned<usize>,
     length: Amount,
     width: Amount,
     thickness: Amount,
@@ -89,16 +89,11 @@ struct RawDevice {
     id: Spanned<String>,
     format: Spanned<String>,
     rate: Amount,
-    #[serde(default = "four")]
-    decimals: usize,
+    decimals: Option<Spanned<usize>>,
     offset: Option<Amount>,
     /// Microseconds per second.
     drift_ppm: Option<Spanned<f64>>,
     jitter: Option<Amount>,
-}
-
-fn four() -> usize {
-    4
 }
 
 #[derive(Deserialize)]
@@ -291,6 +286,18 @@ fn once(document: &Document, id: &Spanned<String>, is_known: bool) -> Result<(),
     Ok(())
 }
 
+/// Decimals of stamps that are not said: a tenth of a millisecond.
+const STAMP_DECIMALS: usize = 4;
+
+/// A count up to a limit.
+fn at_most(document: &Document, count: &Spanned<usize>, most: usize) -> Result<usize, IngestError> {
+    if *count.get_ref() <= most {
+        return Ok(*count.get_ref());
+    }
+    let found = count.get_ref().to_string();
+    Err(document.malformed(count.span(), format!("at most {most}"), found, "correct it"))
+}
+
 /// A share from 0 to less than 1.
 fn share(document: &Document, amount: &Amount) -> Result<f64, IngestError> {
     let share = amount.not_negative(document, Dimension::Ratio)?;
@@ -313,10 +320,10 @@ impl RawSpecimen {
         }
         let softening_cycles = match &self.softening_cycles {
             None => 1.0,
-            Some(cycles) if *cycles.get_ref() > 0.0 => *cycles.get_ref(),
+            Some(cycles) if *cycles.get_ref() > 0.0 && cycles.get_ref().is_finite() => *cycles.get_ref(),
             Some(cycles) => {
                 let found = cycles.get_ref().to_string();
-                return Err(document.malformed(cycles.span(), "a number > 0", found, "correct it"));
+                return Err(document.malformed(cycles.span(), "a finite number > 0", found, "correct it"));
             }
         };
         Ok(Specimen {
@@ -354,7 +361,7 @@ impl RawDevice {
             id: check_id(document, &self.id)?,
             format,
             rate_hz: self.rate.checked(document, Dimension::Frequency)?,
-            decimals: self.decimals.min(9),
+            decimals: self.decimals.as_ref().map_or(Ok(STAMP_DECIMALS), |d| at_most(document, d, 9))?,
             offset_s: seconds(&self.offset)?,
             drift,
             jitter_s: self.jitter.as_ref().map_or(Ok(0.0), |jitter| jitter.not_negative(document, Dimension::Time))?,
@@ -383,17 +390,16 @@ impl RawChannel {
             let next = "add `unit`, or an `instrument` of the rig";
             return Err(document.malformed(self.id.span(), "what is logged, as a unit", "nothing", next));
         }
-        // Noise and drift are written in units of what is measured, which the rig says; so their own unit tells.
+        // What is measured the rig says: whether these are amounts of it is checked with it.
+        let amounts = [&self.noise, &self.drift].into_iter().flatten();
+        let noise_dimensions =
+            amounts.map(|amount| Ok(amount.written(document)?.1.dimension)).collect::<Result<_, IngestError>>()?;
         let si = |amount: &Option<Amount>| -> Result<f64, IngestError> {
             amount.as_ref().map_or(Ok(0.0), |amount| {
                 let (value, unit) = amount.written(document)?;
                 Ok(unit.to_si(value))
             })
         };
-        if *self.decimals.get_ref() > 12 {
-            let found = self.decimals.get_ref().to_string();
-            return Err(document.malformed(self.decimals.span(), "at most 12 decimals", found, "correct it"));
-        }
         Ok(Channel {
             id: channel_id(document, &self.id)?,
             device: device.clone(),
@@ -402,8 +408,9 @@ impl RawChannel {
             unit,
             noise_si: si(&self.noise)?.abs(),
             drift_si_per_s: si(&self.drift)? / 3600.0,
+            noise_dimensions,
             is_flawless: false,
-            decimals: *self.decimals.get_ref(),
+            decimals: at_most(document, &self.decimals, 12)?,
             line: document.line_of(self.id.span().start),
         })
     }
@@ -434,6 +441,10 @@ impl RawProgramme {
         let chambers = self.chambers.get_ref().clone();
         if chambers.is_empty() {
             return Err(document.malformed(self.chambers.span(), "at least one chamber", "none", "name it"));
+        }
+        if (1..chambers.len()).any(|i| chambers[..i].contains(&chambers[i])) {
+            let found = chambers.join(", ");
+            return Err(document.malformed(self.chambers.span(), "every chamber once", found, "remove one"));
         }
         let levels = self.levels.as_ref().map_or(Ok(vec![]), |raw| {
             let unit = parse_unit(document, &raw.get_ref().unit)?;
@@ -500,6 +511,10 @@ impl RawResponse {
             RawTruth::Published => Truth::Published,
             RawTruth::Form(form) => Truth::Form(form.clone()),
             RawTruth::File(file) => Truth::File(file.clone()),
+            RawTruth::Sum(parts) if parts.is_empty() => {
+                let next = "name the quantities whose sum it is";
+                return Err(document.malformed(self.truth.span(), "at least one quantity", "none", next));
+            }
             RawTruth::Sum(parts) => {
                 let known = before.iter().map(|response| response.quantity.id.as_str());
                 if let Some(part) = parts.iter().find(|part| !known.clone().any(|id| id == part.as_str())) {
@@ -551,7 +566,7 @@ impl RawTensile {
         }
         Ok(Tensile {
             material: self.material.get_ref().clone(),
-            strips: self.strips.min(1000),
+            strips: at_most(document, &self.strips, 1000)?,
             length_m: length(&self.length)?,
             width_m: length(&self.width)?,
             thickness_m: length(&self.thickness)?,
@@ -579,6 +594,9 @@ impl RawDeviation {
                 if parsed.dimension != dimension {
                     let found = format!("unit `{}`", parsed.symbol);
                     return Err(document.malformed(unit.span(), dimension.name(), found, "correct the unit"));
+                }
+                if let Some(value) = each.iter().find(|value| !value.is_finite()) {
+                    return Err(document.malformed(all.span(), "finite numbers", value.to_string(), "correct it"));
                 }
                 Ok(Deviation::Each(each.iter().map(|value| parsed.to_si(*value)).collect()))
             }
