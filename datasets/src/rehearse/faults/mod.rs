@@ -255,17 +255,10 @@ impl Fault {
         let fits = |channel: &Channel| match self {
             Self::UnitPsi | Self::UnitBar | Self::UnitPa => is_pressure(channel) && has(channel, Dimension::Pressure),
             Self::UnitCm => is_measured(channel) && has(channel, Dimension::Length),
-            Self::Leak
-            | Self::SlippedZero
-            | Self::Gap
-            | Self::Jitter
-            | Self::TimeBack
-            | Self::DuplicateStamps
-            | Self::Truncated
-            | Self::GluedHeader
-            | Self::Trailer
-            | Self::FlippedBit
-            | Self::DecimalComma => is_pressure(channel),
+            // A clock that is off is off beside that of the pressure.
+            Self::ClockOffset | Self::ClockDrift => is_measured(channel),
+            Self::Leak | Self::SlippedZero | Self::FlippedBit | Self::DecimalComma => is_pressure(channel),
+            _ if self.is_of_device() => is_pressure(channel),
             Self::SwappedChannels => {
                 is_pressure(channel)
                     && channels()
