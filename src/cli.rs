@@ -230,9 +230,9 @@ pub struct Predict {
     after_help = "Examples:\n  pneuval rehearse internal-support --out monday && pneuval validate monday\n  pneuval rehearse fruit-finger --format tdms --seed 7\n  pneuval rehearse internal-support --truth \"outer-diameter = mine.csv\"\n  pneuval rehearse pdms-wall --fault gap --fault flatline@force\n  pneuval rehearse --faults\n  pneuval rehearse wave-finger --plan > mine.toml && pneuval rehearse mine.toml"
 )]
 pub struct Rehearse {
-    /// A plan: the id of an embedded one or of rehearsals/<id>.toml here or above, or a file
+    /// A plan: the id of an embedded one or of `rehearsals/ID.toml` here or above, or a file
     pub actuator: Option<String>,
-    /// Folder that is written: a new or an empty one. Default: rehearsed-<plan>
+    /// Folder that is written: a new or an empty one. Default: `rehearsed-` and the plan's id
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// What the random numbers come from
