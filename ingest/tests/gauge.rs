@@ -3,7 +3,7 @@
 // In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
-use pneuval_ingest::finding::{Finding, FindingKind, Severity};
+use pneuval_ingest::finding::{Finding, FindingKind, Severity, clock_findings};
 use pneuval_ingest::formats::gauge::{Clock, write};
 use pneuval_ingest::formats::{Format, Options, detect, read};
 use pneuval_ingest::raw::RawFile;
@@ -114,5 +114,89 @@ fn what_is_written_reads_back() {
         let log = gauge(write(&values, "N", 2, clock));
         assert_eq!((numbers(&log, "force"), numbers(&log, "time")), (&values[..], &seconds[..]));
         assert_eq!(log.findings, []);
+    }
+}
+
+#[test]
+fn a_last_line_that_the_file_ends_within_is_lost_and_told() {
+    let lost = |line| vec![(FindingKind::Truncated, Severity::Lost, 1, vec![(line, line)])];
+    for (whole, cut) in [
+        ("10.3\t1.200 N\n10.4\t1.234 N\n", "10.4001\t1"),
+        ("10.3\t1.200 N\n10.4\t1.234 N\n", "10.4001\t"),
+        ("10.3\t1.200 N\n10.4\t1.234 N\n", "10"),
+        ("10.3\t1.200 N\n10.4\t1.234 N\n", "10.4001\tO"),
+        ("1.50 N\n-2.25 N\n", "-"),
+        ("1.50 N\n-2.25 N\n", "3."),
+        ("1.50 N\n-2.25 N\n", "3.50 N PE"),
+        ("1.50N\n-2.25N\n", "3.5"),
+        ("1,50 kgf\n-2,25 kgf\n", "3,50 k"),
+        // Kilograms too are a unit, but not the one of this file.
+        ("1,50 kgf\n-2,25 kgf\n", "3,50 kg"),
+        ("1.50 N\t0.1 mm\n-2.25 N\t0.2 mm\n", "3.50 N"),
+        ("1.50 N\t0.1 mm\n-2.25 N\t0.2 mm\n", "3.50 N\t0.3 m"),
+        ("2026-11-22 09:13:00.5 1.50 N\n2026-11-22 09:13:00.6 1.75 N\n", "2026-11-22 09:1"),
+    ] {
+        let log = gauge(format!("{whole}{cut}"));
+        assert_eq!((log.tables[0].rows, told(&log)), (2, lost(3)), "{cut}");
+        assert!(log.findings[0].text.contains("ends within line 3"), "{}", log.findings[0].text);
+        // Whether or not it is a sample's, a line that ends is not cut.
+        assert!(gauge(format!("{whole}{cut}\n")).findings.iter().all(|f| f.severity != Severity::Lost), "{cut}");
+    }
+    // Samples went on behind the other line, which is no trailer.
+    let log = gauge("Sampling rate: 100 Hz\n1.0 N\n2.0 N\n3.0 N\nx#!\n5.");
+    assert_eq!(numbers(&log, "time"), [0.0, 0.01, 0.02, 0.03]);
+    let skipped = (FindingKind::SkippedLine, Severity::Excluded, 1, vec![(5, 5)]);
+    assert_eq!(told(&log), [lost(6), vec![skipped]].concat());
+}
+
+#[test]
+fn a_last_line_that_is_whole_or_no_reading_is_not_lost() {
+    for (last, kind) in [
+        ("3.50 N", FindingKind::NoLineEnd),
+        ("3.50 N PEAK", FindingKind::NoLineEnd),
+        ("end of data", FindingKind::Trailer),
+        ("3 readings", FindingKind::Trailer),
+        ("3.50 N mean", FindingKind::Trailer),
+        ("Mean: 3.50", FindingKind::Trailer),
+        ("saved 2026-11-22 09:13", FindingKind::Trailer),
+    ] {
+        let log = gauge(format!("1.50 N\n-2.25 N\n{last}"));
+        assert!(log.findings.iter().any(|f| f.kind == kind), "{last}: {:?}", log.findings);
+        assert!(log.findings.iter().all(|f| f.severity != Severity::Lost), "{last}: {:?}", log.findings);
+    }
+}
+
+/// Lines of a number and a value.
+fn beside(numbers: impl IntoIterator<Item = f64>) -> String {
+    let lines: Vec<String> = numbers.into_iter().map(|number| format!("{number}\t1.50 N\n")).collect();
+    lines.concat()
+}
+
+#[test]
+fn stamps_of_a_clock_that_is_set_back_are_still_stamps() {
+    let seconds: Vec<f64> = (0..300).map(|i| f64::from(if i < 150 { i } else { i - 50 }) / 50.0).collect();
+    for (head, name) in [("", "time"), ("Time [s]\tLoad\n", "Time [s]")] {
+        let log = gauge(format!("{head}{}", beside(seconds.iter().copied())));
+        assert_eq!((numbers(&log, name), log.tables[0].clock), (&seconds[..], Some(0)));
+        let kinds: Vec<_> = clock_findings("r", name, &seconds, None).iter().map(|f| (f.kind, f.count)).collect();
+        assert_eq!(kinds, [(FindingKind::TimeReversed, 49), (FindingKind::DuplicateStamp, 1)]);
+    }
+}
+
+#[test]
+fn numbers_that_only_seem_to_rise_are_no_stamps() {
+    // A count that begins anew; a travel there and back; one that is noisy; one that is named.
+    let count = beside((0..300).map(|i| f64::from(i % 150)));
+    let travel = beside((0..300).map(|i| f64::from(if i < 200 { i } else { 400 - i }) / 50.0));
+    let noisy = beside((0..300).map(|i| f64::from(i + if i % 9 == 0 { 3 } else { 0 }) / 50.0));
+    let rising = |i: i32| f64::from(if i < 150 { i } else { i - 50 }) / 50.0;
+    let named = format!("Travel [mm]\tLoad\n{}", beside((0..300).map(rising)));
+    let behind: Vec<String> = (0..300).map(|i| format!("1.50 N\t{}\n", rising(i))).collect();
+    for (text, name) in
+        [(count, "number"), (travel, "number"), (noisy, "number"), (named, "Travel [mm]"), (behind.concat(), "number")]
+    {
+        let log = gauge(text);
+        assert!(names(&log).contains(&name), "{:?}", names(&log));
+        assert_eq!(log.tables[0].clock, None, "{name}");
     }
 }

@@ -19,13 +19,13 @@ use super::stamps;
 use super::{TextHead, text_head};
 use crate::IngestError;
 use crate::error::{Place, shown};
-use crate::finding::places::{Places, as_text};
+use crate::finding::places::{Places, as_text, quoted, told};
 use crate::finding::{Finding, FindingKind, Severity};
-use crate::formats::csv::{Decimal, parse_number, unit_in_name};
+use crate::formats::csv::{Decimal, clock_unit, parse_number, unit_in_name};
 use crate::raw::RawFile;
 use crate::recording::{Keep, Recording};
 use crate::units::{Dimension, Unit};
-use reading::{Item, Shape, Value, is_force_unit, reading, shape_of};
+use reading::{Item, Reading, Shape, Value, is_force_unit, reading, shape_of};
 
 pub use write::{Clock, write};
 
@@ -173,6 +173,8 @@ const METADATA_MAX: usize = 200;
 struct Log<'a> {
     file: &'a str,
     layout: &'a Layout,
+    /// The first reading.
+    example: Vec<u8>,
     sheet: Sheet<'a>,
     /// The column of every item of a line.
     columns: Vec<usize>,
@@ -232,16 +234,19 @@ impl<'a> Log<'a> {
                     column
                 }
                 Shape::Number => {
-                    let numbers = plain_numbers(head, layout, index);
-                    let is_count = numbers.len() > 1
-                        && numbers.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9)
-                        && numbers.iter().all(|n| n.fract().abs() < 1e-9);
-                    let is_time = !is_count && numbers.len() > 1 && numbers.is_sorted();
-                    let name = match (written, is_count, is_time) {
-                        (Some(name), ..) => name.as_str(),
-                        (None, true, _) => "index",
-                        (None, _, true) => "time",
-                        _ => "number",
+                    let numbers = Numbers::of(&plain_numbers(head, layout, index));
+                    let name = match (written, numbers) {
+                        (Some(name), _) => name.as_str(),
+                        (None, Numbers::Count) => "index",
+                        (None, Numbers::Rising) => "time",
+                        (None, Numbers::AlmostRising) if !is_behind_value(layout, index) => "time",
+                        (None, _) => "number",
+                    };
+                    let is_time = match numbers {
+                        Numbers::Rising => true,
+                        // What almost rises may be a travel: only what is called a time is one.
+                        Numbers::AlmostRising => clock_unit(name, unit_in_name(name)).is_some(),
+                        Numbers::Count | Numbers::Other => false,
                     };
                     if is_time {
                         let column = sheet.stamps(name, unit_in_name(name))?;
@@ -264,6 +269,7 @@ impl<'a> Log<'a> {
         Ok(Self {
             file,
             layout,
+            example: head.get(first).copied().unwrap_or_default().to_vec(),
             sheet,
             columns,
             peak: None,
@@ -289,6 +295,8 @@ impl<'a> Log<'a> {
                 if self.metadata.len() < METADATA_MAX {
                     self.metadata.push(as_text(text));
                 }
+            } else if !line.is_ended && begins_reading(line.bytes, &self.example, layout) {
+                return self.cut(line);
             } else {
                 if self.pending.len() >= PENDING_MAX {
                     self.settle()?;
@@ -297,10 +305,13 @@ impl<'a> Log<'a> {
             }
             return Ok(());
         };
+        if !line.is_ended && ends_within_unit(line.bytes, &found, layout) {
+            return self.cut(line);
+        }
         self.settle()?;
         let row = self.sheet.rows();
         if !line.is_ended {
-            // Without its unit the line would be no reading: only what stands behind it may be missing.
+            // Its units are whole: only what stands behind them may be missing.
             let mut parts = vec![line.bytes];
             self.odd.fit(self.file, &mut parts, 1, row, line);
         }
@@ -331,6 +342,19 @@ impl<'a> Log<'a> {
             self.letters.add(row, line.number, trim(line.bytes));
         }
         self.end_row(line.number, true)
+    }
+
+    /// Leaves out the last line, within which the file ends. Lines above it are no trailer: samples went on behind them.
+    fn cut(&mut self, line: Line) -> Result<(), IngestError> {
+        self.settle()?;
+        let text = format!(
+            "the file ends within line {}: {} is no whole reading and is left out; what followed is lost",
+            line.number,
+            quoted(trim(line.bytes))
+        );
+        let row = self.sheet.rows();
+        self.odd.tell(told(FindingKind::Truncated, Severity::Lost, self.file, row, line.number, text));
+        Ok(())
     }
 
     fn end_row(&mut self, line: usize, is_told: bool) -> Result<(), IngestError> {
@@ -410,6 +434,75 @@ fn put_value(sheet: &mut Sheet, column: usize, value: &Value, usual: &str, line:
 
 fn fits(line: &[u8], layout: &Layout) -> bool {
     reading(line, layout.delimiter, layout.decimal).is_some_and(|found| shape_of(&found) == layout.shape)
+}
+
+/// Words that may stand on a line and not on the first reading.
+const OTHER_WORDS: [&[u8]; 5] = [b"peak", b"tension", b"compression", b"overload", b"----"];
+
+/// Whether a line that is no reading is the beginning of one: with an end of the first reading behind it, it would be one. A word at
+/// its end may be cut too.
+fn begins_reading(line: &[u8], example: &[u8], layout: &Layout) -> bool {
+    let cut_word = |word: &'static [u8]| {
+        let length = (1..word.len()).rev().find(|length| {
+            let start = line.len().checked_sub(*length).and_then(|at| line.get(at..));
+            start.zip(word.get(..*length)).is_some_and(|(end, start)| end.eq_ignore_ascii_case(start))
+        });
+        length.and_then(|length| word.get(length..))
+    };
+    let words = std::iter::once(&[][..]).chain(OTHER_WORDS.into_iter().filter_map(cut_word));
+    words.into_iter().any(|word| {
+        (0..=example.len()).any(|at| fits(&[line, word, example.get(at..).unwrap_or_default()].concat(), layout))
+    })
+}
+
+/// Whether a last line ends with a part of the usual unit: `kg` of `kgf`.
+fn ends_within_unit(line: &[u8], found: &Reading, layout: &Layout) -> bool {
+    found.values().zip(&layout.units).last().is_some_and(|(Value { number, unit, .. }, usual)| {
+        number.is_some() && line.ends_with(unit) && unit.len() < usual.len() && usual.as_bytes().starts_with(unit)
+    })
+}
+
+/// What bare numbers are, from line to line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Numbers {
+    /// Whole numbers, each one more than the one before.
+    Count,
+    /// They never fall.
+    Rising,
+    /// They rise, but fall a few times, as the stamps of a clock that was set back.
+    AlmostRising,
+    Other,
+}
+
+impl Numbers {
+    fn of(numbers: &[f64]) -> Self {
+        let steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        if steps.is_empty() {
+            return Self::Other;
+        }
+        let is_whole = numbers.iter().all(|n| n.fract().abs() < 1e-9);
+        let ones = steps.iter().filter(|step| (**step - 1.0).abs() < 1e-9).count();
+        let rising = steps.iter().filter(|step| **step > 0.0).count();
+        let falling = steps.iter().filter(|step| **step < 0.0).count();
+        if is_whole && ones == steps.len() {
+            Self::Count
+        } else if falling == 0 {
+            Self::Rising
+        } else if rising * 10 >= steps.len() * 9
+            && falling * 20 <= numbers.len()
+            && !(is_whole && ones * 2 > steps.len())
+        {
+            // Whole numbers that mostly rise by one are a count that began anew.
+            Self::AlmostRising
+        } else {
+            Self::Other
+        }
+    }
+}
+
+/// Whether a value stands before a place.
+fn is_behind_value(layout: &Layout, index: usize) -> bool {
+    layout.shape.iter().take(index).any(|shape| *shape == Shape::Value)
 }
 
 /// The bare numbers at a place of the first lines.
