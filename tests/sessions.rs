@@ -662,6 +662,87 @@ fn pressures_that_are_nearly_equal_are_held_out_together() {
 }
 
 #[test]
+fn data_that_no_fit_can_use_leave_their_comparison_open_and_the_others_alone() {
+    let sitting = bender("one-pressure");
+    // One pressure beside zero: none is left to fit when it is held out. The remark asks for what was to be fitted.
+    sitting.write("log.csv", "p,angle\nkPa,rad\n0,0\n10,0.2\n10.1,0.202\n");
+    sitting.change(
+        "session.toml",
+        "fit = {",
+        "remark = \"fitted: {{ fit.angle_per_pressure }}, {{ fit.rmse }}\"\nfit = {",
+    );
+    let session = fs::read_to_string(sitting.path().join("session.toml")).unwrap();
+    let other = "[[comparison]]\nquantity = \"bending-angle\"\nform = \"as-given\"\nmodel = \"linear-angle\"\n";
+    sitting.write("session.toml", &(session + other));
+    let bound = |form: &str| {
+        format!(
+            "[[bound]]\nactuator = \"bender\"\nquantity = \"bending-angle\"\nmodel = \"{form}\"\nmetric = \"max_abs_error\"\n\
+             max = {{ value = 1, unit = \"rad\" }}\nreason = \"a test\"\nallow_single_repeat = true\n"
+        )
+    };
+    sitting.write("bounds.toml", &format!("schema = 1\n{}{}", bound("linear-angle"), bound("as-given")));
+    sitting.change("session.toml", "actuator = ", "rig = \"bench\"\nactuator = ");
+    sitting.change("session.toml", "column = \"angle\"", "column = \"angle\"\ninstrument = \"encoder\"");
+    sitting.write("rig.toml", "schema = 1\nid = \"bench\"\n[instrument.encoder]\ninput = \"rad\"\nstd = 0.001\n");
+    for (hold_out, why) in
+        [("one-pressure", "too few pressures beside zero"), ("odd-pressures", "least squares needs at least as many")]
+    {
+        if hold_out == "odd-pressures" {
+            // Number 1 is judged; what is left to fit is the zero, which is no point of a fit.
+            sitting.change("session.toml", "one-pressure", hold_out);
+        }
+        let said = sitting.validate();
+        assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+        let results = sitting.results();
+        let [fitted, given] = &results["comparisons"].as_array().unwrap()[..] else { panic!("{results}") };
+        assert_eq!((&fitted["verdict"], &given["verdict"]), (&"inconclusive".into(), &"pass".into()), "{results}");
+        let sentence = fitted["sentence"].as_str().unwrap();
+        assert!(sentence.contains("the fit failed: ") && sentence.contains(why), "{sentence}");
+        assert_eq!(fitted["remark"], "fitted: no value, no value");
+        assert!(fitted["fit"].is_null() && fitted["metrics"][0]["value"].is_null(), "{fitted}");
+        for point in points(&results, 0) {
+            assert!(point["predicted"].is_null() && point["reason"].as_str().unwrap().contains(why), "{point}");
+        }
+        assert_eq!(pneuval(sitting.path(), &["gate", "report"]).code, 3);
+        let said = pneuval(sitting.path(), &["export", ".", "--out", "out", "--format", "csv"]);
+        assert!(said.code == 0 && said.out.contains("Left out: linear-angle of bending-angle: "), "{}", said.out);
+    }
+    // Without a bound the reason is told as well.
+    fs::remove_file(sitting.path().join("bounds.toml")).unwrap();
+    assert_eq!(sitting.validate().code, 3);
+    let fitted = &sitting.results()["comparisons"][0];
+    assert_eq!(fitted["verdict"], "unjudged");
+    assert!(fitted["sentence"].as_str().unwrap().starts_with("the fit failed: "), "{fitted}");
+    // What the user wrote is still the user's to mend.
+    for (file, from, to, word) in [
+        ("session.toml", "[\"angle_per_pressure\"]", "[\"angle_per_presure\"]", "did you mean `angle_per_pressure`?"),
+        ("actuator.toml", "value = 0.02", "value = 0", "start value = 0 is outside its domain"),
+    ] {
+        let before = fs::read_to_string(sitting.path().join(file)).unwrap();
+        sitting.change(file, from, to);
+        let said = sitting.validate();
+        assert!(said.code == 2 && said.err.contains(word), "{} {}", said.code, said.err);
+        sitting.write(file, &before);
+    }
+}
+
+#[test]
+fn a_fit_that_swapped_channels_spoil_does_not_hide_the_findings() {
+    let folder = tempfile::tempdir().unwrap();
+    let rehearsal = ["rehearse", "fruit-finger", "--fault", "swapped-channels", "--out", "bench"];
+    assert_eq!(pneuval(folder.path(), &rehearsal).code, 0);
+    let said = pneuval(folder.path(), &["validate", "bench", "--out", "report", "--no-figures"]);
+    assert!([1, 3].contains(&said.code), "{} {}", said.code, said.err);
+    assert!(said.err.contains("run-2"), "{}", said.err);
+    let results = fs::read(folder.path().join("report/results/results.json")).unwrap();
+    let results: Value = serde_json::from_slice(&results).unwrap();
+    assert!(!findings(&results, "command-mismatch").is_empty() || !findings(&results, "out-of-range").is_empty());
+    let all = results["comparisons"].as_array().unwrap();
+    let failed = |c: &&Value| c["sentence"].as_str().unwrap().contains("the fit failed: ");
+    assert!(all.iter().any(|c| failed(&c)) && all.iter().any(|c| c["n_used"] != 0), "{all:?}");
+}
+
+#[test]
 fn mistakes_in_a_session_are_told_by_file_line_and_next_step() {
     for (file, from, to, place, word) in [
         ("session.toml", "actuator = \"my-bellows\"", "actuator = \"FILL-IN\"", "session.toml:3", "pneuval models"),

@@ -49,7 +49,9 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
         comparison.judgements.push(JudgementRecord { bound, verdict: judgement.verdict, sentence });
     }
     comparison.verdict = comparison.deciding().map_or(Verdict::Unjudged, |judgement| judgement.verdict);
-    let unjudged = if comparison.points.is_empty() && !comparison.metrics_printed {
+    let unjudged = if let Some(why) = why_nothing(comparison) {
+        why
+    } else if comparison.points.is_empty() && !comparison.metrics_printed {
         "there is no point: no stretch of the pressure is steady for the declared hold, or nothing was logged"
     } else if comparison.points.iter().any(|p| p.status == PointStatus::NotCompared) {
         "nothing predicts this quantity: add a [[model]] to the actuator file, or name a type that has one"
@@ -58,6 +60,15 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
     };
     comparison.sentence =
         comparison.deciding().map_or_else(|| unjudged.to_owned(), |judgement| judgement.sentence.clone());
+}
+
+/// Why no asked point has a value at all, where one reason holds for all of them: a fit that failed.
+fn why_nothing(comparison: &Comparison) -> Option<&str> {
+    let mut asked =
+        comparison.points.iter().filter(|p| !matches!(p.status, PointStatus::ZeroReference | PointStatus::HoleInPrint));
+    let first = asked.next().filter(|p| p.status == PointStatus::NotFinite && p.predicted.is_none())?;
+    let same = |p: &Point| p.status == first.status && p.reason == first.reason;
+    first.reason.as_deref().filter(|_| asked.all(same))
 }
 
 /// A metric's value in the unit it is shown in.
@@ -136,7 +147,8 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
             limit_text(bound.metric, bound.max_uncertainty.unwrap_or(f64::NAN), unit)
         ),
         Why::NotFinite => {
-            let reason = record.and_then(|r| r.undefined.as_deref()).unwrap_or("it is not a finite number");
+            let undefined = record.and_then(|r| r.undefined.as_deref());
+            let reason = why_nothing(comparison).or(undefined).unwrap_or("it is not a finite number");
             format!("{name} cannot be formed: {reason}; a finite value at every point could decide it")
         }
         Why::NoPrediction => {

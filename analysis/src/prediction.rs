@@ -54,7 +54,7 @@ pub enum Predicted {
     Value(Vec<Printed>),
     /// The model has no value here, and why.
     NoSolution(String),
-    /// The solver gave up here, and why: nothing is known, so nothing is judged.
+    /// The solver or the fit gave up, and why: nothing is known, so nothing is judged.
     Failed(String),
     /// A printed column has no number here.
     NotPrinted,
@@ -283,6 +283,16 @@ impl Prediction {
 
     /// A catalogue form at the points of a response.
     pub fn computed(entry: &Entry, form: &Form, rests_on: Vec<String>, response: &Response) -> Self {
+        let at = response.points.iter().map(|point| predict_at(form, point)).collect();
+        Self::of_entry(entry, rests_on, at, traces(form, response))
+    }
+
+    /// A catalogue form that could not be calibrated: no value at any point, and why.
+    pub fn failed(entry: &Entry, rests_on: Vec<String>, response: &Response, why: &str) -> Self {
+        Self::of_entry(entry, rests_on, vec![Predicted::Failed(why.to_owned()); response.points.len()], vec![])
+    }
+
+    fn of_entry(entry: &Entry, rests_on: Vec<String>, at: Vec<Predicted>, traces: Vec<Trace>) -> Self {
         Self {
             title: entry.title.to_owned(),
             kind: entry.kind.name().to_owned(),
@@ -290,8 +300,8 @@ impl Prediction {
             equation: Some(entry.equation.to_owned()),
             misprints: entry.misprints.iter().map(|m| (*m).to_owned()).collect(),
             rests_on,
-            at: response.points.iter().map(|point| predict_at(form, point)).collect(),
-            traces: traces(form, response),
+            at,
+            traces,
         }
     }
 

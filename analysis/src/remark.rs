@@ -48,6 +48,11 @@ pub fn remark(
         }
         fit.insert("rmse".to_owned(), format::with_unit(&format::significant(unit.from_si(record.rmse_si), 2), unit));
     }
+    // A fit that the data refused has no parameters; its remark is no mistake.
+    if let (Some(spec), None) = (&spec.fit, &comparison.fit) {
+        let names = spec.parameters.iter().map(String::as_str).chain(["rmse"]);
+        fit.extend(names.map(|name| (name.to_owned(), "no value".to_owned())));
+    }
     let inputs = &study.input.actuator.values;
     let inputs: BTreeMap<String, String> = inputs
         .iter()

@@ -38,7 +38,8 @@ pub struct Evaluation {
 ///
 /// # Errors
 /// [`AnalysisError`] for a comparison that cannot be posed: an unknown form, an input missing or in a wrong unit, a bound
-/// beside the dataset that meets no comparison. A model without a solution is no error but a failed comparison.
+/// beside the dataset that meets no comparison. A model without a solution is no error but a failed comparison; data of a
+/// session that cannot be fitted leave theirs open.
 pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, AnalysisError> {
     let studies = inputs.iter().map(Study::of).collect::<Result<Vec<_>, _>>()?;
     let mut actuators: BTreeMap<String, ActuatorRecord> = BTreeMap::new();

@@ -1,5 +1,7 @@
 //! The prediction of a comparison, perhaps of a form that is calibrated first.
 
+use std::collections::BTreeSet;
+
 use pneuval_ingest::error::suggestion;
 use pneuval_ingest::manifest::{ComparisonSpec, FitSpec, HoldOut, ImportedModel};
 use pneuval_models::ModelError;
@@ -13,6 +15,7 @@ use crate::prediction::{self, Form, Predicted, Prediction, Predictor, inputs, pr
 use crate::response::Response;
 use crate::results::{FitRecord, FittedParameter};
 use crate::study::{self, Study};
+use crate::verdict::Basis;
 
 /// A comparison that is posed.
 pub(crate) struct Posed<'a> {
@@ -22,6 +25,8 @@ pub(crate) struct Posed<'a> {
     pub fit: Option<FitRecord>,
     /// What predicts at any other pressure.
     pub between: Between<'a>,
+    /// Why the data of a session could not be fitted: then nothing is predicted.
+    pub refused: Option<AnalysisError>,
 }
 
 /// What gives a value at any pressure.
@@ -53,11 +58,11 @@ pub(crate) fn predict<'a>(
 ) -> Result<Posed<'a>, AnalysisError> {
     if let Some(column) = response.columns.iter().find(|p| p.form == spec.form) {
         let between = Between::Nothing("it is printed, and only at the points of its table");
-        return Ok(Posed { prediction: Prediction::published(response, column), fit: None, between });
+        return Ok(Posed { prediction: Prediction::published(response, column), fit: None, between, refused: None });
     }
     if spec.form == NO_FORM {
         let between = Between::Nothing("no model of this quantity is known");
-        return Ok(Posed { prediction: Prediction::none(response), fit: None, between });
+        return Ok(Posed { prediction: Prediction::none(response), fit: None, between, refused: None });
     }
     let actuator = &study.input.actuator;
     let model_form = spec.model.as_deref().unwrap_or(&spec.form);
@@ -84,7 +89,7 @@ pub(crate) fn predict<'a>(
             ));
         }
         let prediction = Prediction::imported(model, response);
-        return Ok(Posed { prediction, fit: None, between: Between::Imported(model) });
+        return Ok(Posed { prediction, fit: None, between: Between::Imported(model), refused: None });
     }
     let forms = || catalogue::entries().filter(|e| e.actuator == actuator.kind && e.quantity == spec.quantity);
     let Some(entry) = forms().find(|e| e.form == model_form) else {
@@ -109,12 +114,12 @@ pub(crate) fn predict<'a>(
         }
         let form = Form::new(entry, values, &response.conditions);
         let prediction = Prediction::computed(entry, &form, rests_on, response);
-        return Ok(Posed { prediction, fit: None, between: Between::Form(form) });
+        return Ok(Posed { prediction, fit: None, between: Between::Form(form), refused: None });
     };
     // What is fitted here does not rest on what the actuator file says of it.
     rests_on.retain(|text| !fit.parameters.iter().any(|name| text.ends_with(&format!(" {name}"))));
     let calibration = Calibration { study, spec, fit, entry, values, response };
-    calibration.run(rests_on)
+    calibration.run(rests_on.clone()).or_else(|error| calibration.open(error, rests_on))
 }
 
 fn mismatch(study: &Study, spec: &ComparisonSpec, response: &Response, expected: &str) -> AnalysisError {
@@ -210,8 +215,7 @@ impl<'a> Calibration<'a> {
             HoldOut::OnePressure => {
                 let mut left_out: Vec<usize> = (0..targets.len()).filter(|&i| targets[i].is_some()).collect();
                 left_out.sort_by_key(|&i| numbers[i]);
-                let pressures = left_out.chunk_by(|&a, &b| numbers[a] == numbers[b]).count();
-                if !(2..=FOLDS_MAX).contains(&pressures) {
+                if !(2..=FOLDS_MAX).contains(&self.pressures_to_fit()) {
                     return Err(self.nothing_held_out());
                 }
                 for group in left_out.chunk_by(|&a, &b| numbers[a] == numbers[b]) {
@@ -228,7 +232,39 @@ impl<'a> Calibration<'a> {
                     Between::Nothing("each pressure is predicted by a fit of its own, so only the points have a value");
             }
         }
-        Ok(Posed { prediction, fit: Some(self.record(&found, chosen.len())), between })
+        Ok(Posed { prediction, fit: Some(self.record(&found, chosen.len())), between, refused: None })
+    }
+
+    /// The comparison without a prediction, where the data of a session refuse the fit: what an instrument wrote is no mistake
+    /// of the user's, and must not hide what else is known of the session. Every other error stays one.
+    fn open(&self, error: AnalysisError, rests_on: Vec<String>) -> Result<Posed<'a>, AnalysisError> {
+        let why = match &error {
+            _ if self.response.basis != Basis::Session => return Err(error),
+            AnalysisError::Fit { source, .. } if self.can_start() => format!("the fit failed: {source}"),
+            // More pressures than may be held out are a rule of the manifest that does not suit a trajectory.
+            AnalysisError::HoldOut { .. } if self.pressures_to_fit() <= FOLDS_MAX => {
+                "the fit failed: too few pressures beside zero were measured to hold one out".to_owned()
+            }
+            _ => return Err(error),
+        };
+        let prediction = Prediction::failed(self.entry, rests_on, self.response, &why);
+        let between = Between::Nothing("the fit failed");
+        Ok(Posed { prediction, fit: None, between, refused: Some(error) })
+    }
+
+    /// Whether the values of the actuator file are some that a fit can start from. Under conditions, which are measured, only
+    /// the points can tell whether the form takes them.
+    fn can_start(&self) -> bool {
+        let start = |name: &String| self.values.get(name).is_some_and(|value| value.is_finite() && value != 0.0);
+        self.fit.parameters.iter().all(start)
+            && (!self.entry.conditions.is_empty() || self.entry.build(&self.values).is_ok())
+    }
+
+    /// How many pressures have a value to fit.
+    fn pressures_to_fit(&self) -> usize {
+        let numbers = pressure_numbers(self.response).into_iter().zip(self.targets());
+        let fitted: BTreeSet<usize> = numbers.filter_map(|(number, target)| target.map(|_| number)).collect();
+        fitted.len()
     }
 
     /// Per point, the value to fit; none at the zero-pressure reference, which would count as a point without being one: it

@@ -153,16 +153,19 @@ impl<'a> Export<'a> {
         let (mut compared, mut left_out) = (Vec::new(), Vec::new());
         for spec in study.comparisons.iter().filter(|spec| spec.form != NO_FORM) {
             let Some(response) = study.responses.iter().position(|r| r.quantity.id == spec.quantity) else { continue };
-            match predict(study, spec, &study.responses[response]) {
-                Ok(posed) => compared.push(Compared { response, spec, posed }),
-                Err(
+            let refused = match predict(study, spec, &study.responses[response]) {
+                Ok(Posed { refused: Some(error), .. })
+                | Err(
                     error @ (AnalysisError::Fit { .. } | AnalysisError::HoldOut { .. } | AnalysisError::Model { .. }),
-                ) => {
-                    let words: Vec<String> = error.to_string().lines().map(|line| line.trim().to_owned()).collect();
-                    left_out.push(LeftOut::new(form_of(spec), words.join("; ")));
+                ) => error,
+                Ok(posed) => {
+                    compared.push(Compared { response, spec, posed });
+                    continue;
                 }
                 Err(error) => return Err(error),
-            }
+            };
+            let words: Vec<String> = refused.to_string().lines().map(|line| line.trim().to_owned()).collect();
+            left_out.push(LeftOut::new(form_of(spec), words.join("; ")));
         }
         Ok(Self { study, format, compared, left_out, files: Vec::new(), names: BTreeSet::new() })
     }
