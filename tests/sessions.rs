@@ -727,16 +727,17 @@ fn data_that_no_fit_can_use_leave_their_comparison_open_and_the_others_alone() {
 }
 
 #[test]
-fn a_fit_that_swapped_channels_spoil_does_not_hide_the_findings() {
+fn a_fit_that_a_wrong_sign_spoils_does_not_hide_the_findings() {
     let folder = tempfile::tempdir().unwrap();
-    let rehearsal = ["rehearse", "fruit-finger", "--fault", "swapped-channels", "--out", "bench"];
+    let fault = ["--repeats", "1", "--fault", "wrong-sign@pressure"];
+    let rehearsal = [["rehearse", "fruit-finger", "--out", "bench"].as_slice(), &fault].concat();
     assert_eq!(pneuval(folder.path(), &rehearsal).code, 0);
     let said = pneuval(folder.path(), &["validate", "bench", "--out", "report", "--no-figures"]);
-    assert!([1, 3].contains(&said.code), "{} {}", said.code, said.err);
-    assert!(said.err.contains("run-2"), "{}", said.err);
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert!(said.err.contains("run-1"), "{}", said.err);
     let results = fs::read(folder.path().join("report/results/results.json")).unwrap();
     let results: Value = serde_json::from_slice(&results).unwrap();
-    assert!(!findings(&results, "command-mismatch").is_empty() || !findings(&results, "out-of-range").is_empty());
+    assert!(!findings(&results, "command-mismatch").is_empty() && !findings(&results, "out-of-range").is_empty());
     let all = results["comparisons"].as_array().unwrap();
     let failed = |c: &&Value| c["sentence"].as_str().unwrap().contains("the fit failed: ");
     assert!(all.iter().any(|c| failed(&c)) && all.iter().any(|c| c["n_used"] != 0), "{all:?}");
