@@ -29,6 +29,7 @@
 
 pub mod bounds;
 pub mod compare;
+mod decide;
 pub mod error;
 pub mod export;
 pub mod fit;
@@ -46,6 +47,7 @@ pub mod response;
 pub mod results;
 pub mod series;
 pub mod study;
+pub mod uncertainty;
 pub mod verdict;
 
 pub use error::AnalysisError;

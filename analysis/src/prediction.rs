@@ -13,6 +13,7 @@ use crate::AnalysisError;
 use crate::format;
 use crate::response::{Response, ResponsePoint};
 use crate::series::{CurvePoint, Trace};
+use crate::uncertainty::coverage::Z95;
 
 /// Points on which a model is drawn between zero and full pressure.
 const CURVE_STEPS: u32 = 100;
@@ -150,7 +151,7 @@ impl Predictor for ImportedModel {
         let value = |i: usize| -> Option<Printed> {
             let si = column(&self.values_si, i)?;
             let std = self.std_si.as_ref().and_then(|table| column(table, i)).unwrap_or(0.0);
-            Some(Printed { si, half_width_si: 2.0 * std })
+            Some(Printed { si, half_width_si: Z95 * std })
         };
         if let Some(values) = (0..self.quantity.width()).map(value).collect::<Option<Vec<_>>>() {
             return Predicted::Value(values);
@@ -266,7 +267,8 @@ impl Prediction {
         let mut notes = vec!["straight lines between the rows of the table; nothing is extrapolated".to_owned()];
         if model.std_si.is_some() {
             notes.push(
-                "the interval of a prediction is two of the table's standard uncertainties either side".to_owned(),
+                "the interval of a prediction is 1.96 of the table's standard uncertainties either side: 95 %"
+                    .to_owned(),
             );
         }
         Self {

@@ -12,12 +12,15 @@ use pneuval_models::catalogue::{LAWS, find, find_law};
 use pneuval_models::materials::LoadCase;
 
 use crate::AnalysisError;
-use crate::response::{TableCensus, Unmet};
+use crate::compare::errors::of_measured;
+use crate::response::{Branch, Census, IntervalKind, Response, ResponsePoint, TableCensus, Unmet, loop_weights};
 use crate::results::{
-    ActuatorRecord, CensusRecord, ChannelRecord, DatasetRecord, FindingRecord, InputRecord, ListingRecord,
-    MaterialRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord, TableRecord,
+    ActuatorRecord, CensusRecord, ChannelRecord, DatasetRecord, FindingRecord, InputRecord, IntervalRecord,
+    ListingRecord, MaterialRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord,
+    TableRecord, WayRecord,
 };
 use crate::study::{Data, Study};
+use crate::uncertainty::pointwise::linear;
 
 /// How far a material's stability is looked at: beyond any stretch of the papers' actuators.
 const STRETCH_MAX: f64 = 4.0;
@@ -162,6 +165,9 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
         used: census.used,
         points: response.points.len(),
         tables: census.tables.iter().map(table).collect(),
+        repeats: response.repeats.clone(),
+        points_apart: response.points.iter().filter(|p| p.is_apart).count(),
+        way: way(response),
     });
     let derived = manifest.derived.iter().map(|d| ChannelRecord {
         id: d.id.clone(),
@@ -183,6 +189,48 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
         lines_skipped: session.lines_skipped(),
         excluded_share_max: manifest.excluded_share_max,
         responses: responses.collect(),
+    }
+}
+
+/// The loop of a response, what is left at zero pressure, and what it gains from cycle to cycle.
+fn way(response: &Response) -> WayRecord {
+    let errors = of_measured(response);
+    let first = |i: usize| response.points[i].measured.as_ref().and_then(|m| m.first()).map_or(f64::NAN, |m| m.si);
+    let width = response.quantity.width();
+    let sum = |weights: &[(usize, f64)]| -> Option<IntervalRecord> {
+        let value: f64 = weights.iter().map(|(i, w)| w * first(*i)).sum();
+        let by = errors.factors.iter().map(|f| weights.iter().map(|(i, w)| w * f.measured[i * width]).sum::<f64>());
+        let moved: Vec<f64> = by.collect();
+        let found = linear(value, &moved, &errors);
+        let is_known = weights.iter().all(|(i, _)| response.points[*i].interval == IntervalKind::Repeats);
+        let ends = |end: f64| Some(end).filter(|_| is_known);
+        value.is_finite().then(|| IntervalRecord { value, lower: ends(found.lower), upper: ends(found.upper) })
+    };
+    let usable = |p: &ResponsePoint| !p.is_apart;
+    let (loop_area_si, no_loop) = match loop_weights(response, &usable) {
+        Ok((weights, _)) => (sum(&weights), None),
+        Err(why) => (None, Some(why.to_owned())),
+    };
+    let zero = |branch: Branch| {
+        let points = response.points.iter().enumerate();
+        let mut here = points.filter(|(_, p)| usable(p) && response.is_zero_reference(p) && p.branch == Some(branch));
+        here.next().map(|(i, _)| i).filter(|_| here.next().is_none())
+    };
+    let residual_at_zero_si = match (zero(Branch::Loading), zero(Branch::Unloading)) {
+        (Some(before), Some(behind)) if width == 1 => sum(&[(behind, 1.0), (before, -1.0)]),
+        _ => None,
+    };
+    let drift = response.drift.map(|drift| drift.per_cycle_si);
+    WayRecord {
+        loop_area_si,
+        no_loop,
+        residual_at_zero_si,
+        drift_per_cycle_si: drift.map(|d| IntervalRecord {
+            value: d.value,
+            lower: Some(d.lower),
+            upper: Some(d.upper),
+        }),
+        drift_cycles: response.drift.map_or(0, |drift| drift.cycles),
     }
 }
 
@@ -305,7 +353,46 @@ pub fn findings(study: &Study) -> Vec<FindingRecord> {
     let unmet = study.responses.iter().zip(&study.censuses).flat_map(|(response, census)| {
         census.unmet.iter().map(|unmet| unmet_plateaus(study.id, session, &response.quantity.id, unmet))
     });
-    session.findings.iter().map(record).chain(unmet).collect()
+    let of_readings = study.responses.iter().zip(&study.censuses);
+    let of_readings = of_readings.flat_map(|(response, census)| of_readings_of(study.id, session, response, census));
+    session.findings.iter().map(record).chain(unmet).chain(of_readings).collect()
+}
+
+/// Runs without a zero, and readings at which something still moves.
+fn of_readings_of(study: &str, session: &Session, response: &Response, census: &Census) -> Vec<FindingRecord> {
+    let quantity = &response.quantity;
+    let finding = |run: &str, kind: finding::FindingKind, severity, count, text| FindingRecord {
+        severity,
+        kind: kind.id().to_owned(),
+        dataset: Some(study.to_owned()),
+        file: session.manifest.runs.iter().find(|spec| spec.id == run).map(|spec| spec.file.clone()),
+        channel: None,
+        count: Some(count),
+        spans: vec![],
+        text,
+    };
+    let untared = census.untared.iter().map(|run| {
+        let text = format!(
+            "{}, run {run}: no reading at zero pressure before the first rise, from which its zero should come; the run is not used",
+            quantity.id
+        );
+        finding(run, finding::FindingKind::Untared, Severity::Lost, 1, text)
+    });
+    let creeping = census.creeping.iter().map(|creep| {
+        let text = format!(
+            "{}, run {}: still moves while it is averaged, at {} of {} points, by {} at most: hold longer, or average a shorter window",
+            quantity.id,
+            creep.run,
+            creep.creeping,
+            creep.readings,
+            crate::format::with_unit(
+                &crate::format::significant(quantity.unit.from_si(creep.largest_si), 2),
+                quantity.unit
+            )
+        );
+        finding(&creep.run, finding::FindingKind::Creeping, Severity::Note, creep.creeping, text)
+    });
+    untared.chain(creeping).collect()
 }
 
 /// Plateaus at which nothing was measured. A run that has no other is lost: do its files count from one clock at all?

@@ -16,15 +16,17 @@ use pneuval_ingest::manifest::is_id;
 use crate::format;
 
 pub use comparisons::{
-    Comparison, FitRecord, FittedParameter, JudgementRecord, MetricRecord, Point, PointStatus, Standing,
+    BudgetRecord, Comparison, FitRecord, FittedParameter, JudgementRecord, MetricRecord, Point, PointStatus, Standing,
+    ValidationRecord,
 };
 pub use subjects::{
-    ActuatorRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, InputRecord, ListingRecord,
-    MaterialRecord, QuantityRecord, RunRecord, SessionRecord, SourceFile, StatedRecord, TableRecord,
+    ActuatorRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, InputRecord, IntervalRecord,
+    ListingRecord, MaterialRecord, QuantityRecord, RunRecord, SessionRecord, SourceFile, StatedRecord, TableRecord,
+    WayRecord,
 };
 
 /// Version of the layout of `results.json`.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// The results of one `validate`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

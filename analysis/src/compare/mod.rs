@@ -1,5 +1,6 @@
 //! Response and prediction to comparison and verdict: the whole analysis, of published datasets and of sessions alike.
 
+pub(crate) mod errors;
 mod predict;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,10 +14,10 @@ pub(crate) use predict::{Posed, predict};
 use crate::AnalysisError;
 use crate::gate::{judge_comparison, notes, strangers};
 use crate::metrics::{self, Interval, Measure, Metric};
-use crate::pairing::{Knowledge, measure_all, points};
+use crate::pairing::{measure_published, measure_session, points};
 use crate::records;
 use crate::remark::remark;
-use crate::response::{IntervalKind, Response};
+use crate::response::Response;
 use crate::results::{
     ActuatorRecord, Comparison, ConditionRecord, FindingRecord, MetricRecord, PointStatus, QuantityRecord, Results,
     SCHEMA_VERSION,
@@ -115,13 +116,10 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
         // The readers refuse a comparison without its measurement.
         return Err(unknown_form(study, spec, []));
     };
-    let Posed { prediction, fit, .. } = predict(study, spec, response)?;
-    let points = points(response, &prediction.at);
-    let kinds = |status| -> Vec<IntervalKind> {
-        let here = (0..points.len()).filter(|&i| points[i].status == status);
-        here.map(|i| response.points[i].interval).collect()
-    };
-    let (used, at_zero) = (kinds(PointStatus::Used), kinds(PointStatus::ZeroReference));
+    let posed = predict(study, spec, response)?;
+    let points = points(response, &posed.prediction.at);
+    let errors = (response.basis == Basis::Session).then(|| errors::errors(response, &posed));
+    let Posed { prediction, fit, .. } = posed;
     let mut comparison = blank(study, &spec.quantity, response, &spec.form);
     comparison.title = spec.title.clone().unwrap_or(prediction.title);
     comparison.kind = prediction.kind;
@@ -134,7 +132,14 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     comparison.n_available = points.len() - count(PointStatus::HoleInPrint);
     comparison.n_used = count(PointStatus::Used);
     comparison.n_without_prediction = count(PointStatus::NoPrediction);
-    comparison.metrics = measure_all(&points, Knowledge::of(&used), Knowledge::of(&at_zero));
+    match errors {
+        None => comparison.metrics = measure_published(&points),
+        Some(errors) => {
+            let found = measure_session(&points, response, &errors);
+            (comparison.metrics, comparison.budget) = (found.metrics, found.budget);
+            comparison.validation = found.validation;
+        }
+    }
     comparison.points = points;
     comparison.remark = remark(study, spec, response, &comparison)?;
     let dimension = response.quantity.unit.dimension;
@@ -177,6 +182,8 @@ fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comp
         n_without_prediction: 0,
         points: vec![],
         metrics: vec![],
+        budget: vec![],
+        validation: None,
         judgements: vec![],
         verdict: Verdict::Unjudged,
         counted: true,
@@ -209,6 +216,9 @@ fn stated(study: &Study, statistic: &Statistic) -> Result<Comparison, AnalysisEr
         points: vec![],
         columns: vec![],
         texts: vec![],
+        repeats: vec![],
+        instruments: vec![],
+        drift: None,
     };
     let mut comparison = blank(study, &statistic.quantity.id, &response, &statistic.form);
     comparison.title.clone_from(&statistic.title);

@@ -14,6 +14,23 @@ pub struct Census {
     pub tables: Vec<TableCensus>,
     /// Plateaus at which nothing was measured.
     pub unmet: Vec<Unmet>,
+    /// Runs that have no reading to take their zero from.
+    pub untared: Vec<String>,
+    /// What still moved while it was averaged.
+    pub creeping: Vec<Creep>,
+}
+
+/// Points of a run at which what is measured still moves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Creep {
+    /// The run.
+    pub run: String,
+    /// Its readings, and how many of them move.
+    pub readings: usize,
+    /// Those that move.
+    pub creeping: usize,
+    /// The largest move over a window, in SI units.
+    pub largest_si: f64,
 }
 
 /// Samples of one table, of all runs.

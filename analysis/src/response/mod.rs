@@ -1,12 +1,19 @@
 //! A measured quantity against gauge pressure: where published tables and raw sessions meet.
 
 mod census;
+mod drift;
+mod hysteresis;
 mod plateaus;
 mod readings;
 mod session;
+mod stations;
+mod way;
 
-pub use census::{Census, TableCensus, Unmet};
+pub use census::{Census, Creep, TableCensus, Unmet};
+pub use drift::Drift;
+pub use hysteresis::loop_weights;
 pub use session::{POINTS_MAX, without_rounding};
+pub use way::Branch;
 
 use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity};
 use pneuval_ingest::number::Printed;
@@ -38,6 +45,34 @@ pub struct Response {
     pub columns: Vec<PredictedColumn>,
     /// Every cell of the source as printed, by column name, for sentences on the page; empty for a session.
     pub texts: Vec<(String, Vec<String>)>,
+    /// What is repeated: runs, or the conditioned cycles of a sole run.
+    pub repeats: Vec<String>,
+    /// What instruments declare of their errors.
+    pub instruments: Vec<InstrumentError>,
+    /// How the readings move from cycle to cycle.
+    pub drift: Option<Drift>,
+}
+
+/// The declared standard uncertainty of a channel: its error is the same at every point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstrumentError {
+    /// Whose error it is; channels that share it move together.
+    pub source: String,
+    /// What it moves.
+    pub target: Target,
+    /// Standard uncertainty in SI units.
+    pub std_si: f64,
+}
+
+/// What an instrument reads of a response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A component of the measured quantity.
+    Component(usize),
+    /// The pressure of a chamber.
+    Pressure(usize),
+    /// A condition.
+    Condition(usize),
 }
 
 /// One point of a response.
@@ -55,6 +90,12 @@ pub struct ResponsePoint {
     pub measured: Option<Vec<Printed>>,
     /// What the interval is.
     pub interval: IntervalKind,
+    /// Which way the pressure went, in a session.
+    pub branch: Option<Branch>,
+    /// It belongs to a cycle that is shown and not compared: the first, beside conditioned ones.
+    pub is_apart: bool,
+    /// Index of each repeat behind it, and what it read.
+    pub repeats: Vec<(usize, Vec<f64>)>,
 }
 
 /// What the interval of a measured value is.
@@ -107,6 +148,9 @@ impl From<&PublishedTable> for Response {
                 conditions: table.conditions_si[row].clone(),
                 measured: table.measured[row].clone(),
                 interval: IntervalKind::PrintedDigits,
+                branch: None,
+                is_apart: false,
+                repeats: vec![],
             })
             .collect();
         Self {
@@ -122,6 +166,9 @@ impl From<&PublishedTable> for Response {
             points,
             columns: table.predicted.clone(),
             texts: table.texts.clone(),
+            repeats: vec![],
+            instruments: vec![],
+            drift: None,
         }
     }
 }

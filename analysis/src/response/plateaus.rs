@@ -7,6 +7,9 @@ use pneuval_ingest::finding::median_step;
 /// A step of time longer than so many usual ones ends a stretch: nobody knows what happened in it.
 const GAP_STEPS: f64 = 5.0;
 
+/// So many median deviations from the median, 4 standard deviations of normal noise, a sample is on its way elsewhere.
+const MOVING_DEVIATIONS: f64 = 6.0;
+
 /// So many steps of a double may lie between two writings of one instant: the roundings of two stamps, and of what is added to them.
 const STAMP_ROUNDINGS: f64 = 4.0;
 
@@ -56,9 +59,9 @@ pub fn plateaus(
             step < 0.0 || step > longest_step
         };
         if end - start > 1 && last - stamps[start] >= hold_s - slack {
-            let inside = |&&k: &&usize| stamps[k] >= last - window_s - slack;
-            let rows: Vec<usize> = (start..end).collect();
-            found.push(rows.iter().filter(inside).map(|&k| usable[k]).collect());
+            let from = |last: f64| start + stamps[start..end].partition_point(|stamp| *stamp < last - window_s - slack);
+            let stands = still(usable, steady, from(last), end);
+            found.push(usable[from(stamps[stands - 1])..stands].to_vec());
             start = end;
             ranges.iter_mut().for_each(Range::clear);
         } else if broken || end == usable.len() {
@@ -74,6 +77,35 @@ pub fn plateaus(
         }
     }
     found
+}
+
+/// Where the end of a stretch still stands: a channel on its way to the next pressure is within the tolerance for a while, and what is
+/// measured may go far in it. From the end, samples further from the median of the window than its noise are left out, and those
+/// before them that lie on the same side: the way to the next pressure begins within the noise. A quarter of the window at most.
+fn still(usable: &[usize], steady: &[(&[f64], f64)], first: usize, end: usize) -> usize {
+    let window = &usable[first..end];
+    let limits: Vec<(f64, f64)> = steady
+        .iter()
+        .map(|(values, _)| {
+            let middle = median(window.iter().map(|&i| values[i]).collect());
+            let noise = median(window.iter().map(|&i| (values[i] - middle).abs()).collect());
+            (middle, MOVING_DEVIATIONS * noise)
+        })
+        .collect();
+    let least = end - window.len() / 4;
+    let stands = |(values, (middle, limit)): (&[f64], (f64, f64))| {
+        let off = |k: usize| values[usable[k]] - middle;
+        let outside = |k: &usize| off(*k).abs() > limit;
+        let Some(last) = (least..end).rev().take_while(outside).last() else { return end };
+        (least..last).rev().take_while(|&k| off(k) * off(last) > 0.0).last().unwrap_or(last)
+    };
+    steady.iter().map(|(values, _)| *values).zip(limits).map(stands).min().unwrap_or(end)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    values.select_nth_unstable_by(middle, f64::total_cmp);
+    values[middle]
 }
 
 /// The range of a channel over a moving stretch: smallest and largest at the front of two queues.

@@ -10,10 +10,14 @@ use pneuval_ingest::session::{Run, Session, Stream};
 use super::census::{Census, TableCensus, Unmet};
 use super::plateaus::{plateaus, rounding_s};
 
+/// Fewer samples of a window say nothing of how it moves.
+const CREEP_SAMPLES_MIN: usize = 8;
+
 /// Measured conditions so near each other, as a share of the largest, are one setting.
 pub(super) const SETTING_SHARE: f64 = 0.01;
 
 /// A point of one run, before repeats meet.
+#[derive(Debug, Clone)]
 pub(super) struct Reading {
     /// Index of the run.
     pub run: usize,
@@ -22,6 +26,8 @@ pub(super) struct Reading {
     pub conditions: Vec<f64>,
     /// A component without a number makes the reading a hole, which still takes its turn.
     pub measured: Vec<f64>,
+    /// By how much each component moved from the beginning to the end of the window, with its standard uncertainty.
+    pub creep: Vec<Option<(f64, f64)>>,
 }
 
 /// The channels of a run that a response needs.
@@ -59,7 +65,7 @@ impl<'a> Needed<'a> {
     /// `None` if the run lacks a channel, or if its channels cannot be set against each other.
     pub fn of(session: &Session, run: &'a Run, spec: &ResponseSpec) -> Option<Self> {
         let is_one = run.stream_of(spec.channels()).is_some();
-        let may_differ = session.manifest.clocks == Clocks::One && matches!(spec.points, PointRule::Plateaus { .. });
+        let may_differ = session.manifest.clocks == Clocks::One && spec.points.is_timed();
         if !is_one && !may_differ {
             return None;
         }
@@ -102,11 +108,20 @@ impl<'a> Needed<'a> {
     /// The readings of a run, which is number `number`.
     pub fn read(&self, (number, run): (usize, &str), spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
         let first = &self.parts[0];
-        let stretches: Vec<Vec<usize>> = match spec.points {
+        let stretches: Vec<Vec<usize>> = match &spec.points {
             PointRule::Samples { .. } => {
                 (0..first.stream.samples).filter(|&i| self.is_state(i)).map(|i| vec![i]).collect()
             }
-            PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
+            PointRule::Windows { begin_s, window_s, .. } => {
+                let mut windows = Windows::of(first);
+                let from_s = windows.begin_s();
+                let stretch =
+                    |begin: &f64| windows.rows((from_s + begin, from_s + begin + window_s), &mut Census::default());
+                let found: Vec<Vec<usize>> = begin_s.iter().map(stretch).collect();
+                census.unmet.extend(windows.unmet(run));
+                found
+            }
+            &PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
                 let Some(seconds) = &first.stream.seconds else { return vec![] };
                 let mut steady: Vec<(&[f64], f64)> = self.pressures.iter().map(|p| (*p, tolerance_pa)).collect();
                 steady.extend(self.conditions.iter().map(|c| (*c, SETTING_SHARE * largest(c))));
@@ -130,10 +145,30 @@ impl<'a> Needed<'a> {
                 pressures: self.pressures.iter().map(|c| mean(c, rows)).collect(),
                 conditions: self.conditions.iter().map(|c| mean(c, rows)).collect(),
                 measured: self.measured.iter().map(|(part, c)| mean(c, &of_parts[*part])).collect(),
+                creep: self.measured.iter().map(|(part, c)| self.creep(*part, c, &of_parts[*part])).collect(),
             });
         }
         census.unmet.extend(others.into_iter().filter_map(|other| other.unmet(run)));
         readings
+    }
+}
+
+impl Needed<'_> {
+    /// By how much a channel moves over the samples of a window: the slope of the straight line through them times their span, with
+    /// the standard uncertainty that their scatter about the line gives.
+    fn creep(&self, part: usize, values: &[f64], rows: &[usize]) -> Option<(f64, f64)> {
+        let seconds = self.parts[part].stream.seconds.as_ref()?;
+        if rows.len() < CREEP_SAMPLES_MIN {
+            return None;
+        }
+        let n = rows.len() as f64;
+        let (t0, y0) = (mean(seconds, rows), mean(values, rows));
+        let sum = |of: &dyn Fn(f64, f64) -> f64| rows.iter().map(|&i| of(seconds[i] - t0, values[i] - y0)).sum::<f64>();
+        let (tt, ty, yy) = (sum(&|t, _| t * t), sum(&|t, y| t * y), sum(&|_, y| y * y));
+        let slope = ty / tt;
+        let span = seconds[*rows.last()?] - seconds[*rows.first()?];
+        let scatter = ((yy - slope * ty).max(0.0) / (n - 2.0) / tt).sqrt();
+        slope.is_finite().then_some((slope * span, scatter * span))
     }
 }
 
@@ -157,6 +192,11 @@ impl<'a> Windows<'a> {
         // Without stamps nothing lies in any window.
         let whole = if part.stream.seconds.is_some() { part.whole() } else { vec![] };
         Self { stream: part.stream, seconds, whole, passed: 0, reach_s: None, asked: 0, empty: 0 }
+    }
+
+    /// The first stamp that counts.
+    fn begin_s(&self) -> f64 {
+        self.whole.first().map_or(0.0, |&i| self.seconds[i])
     }
 
     /// The samples stamped from `first_s` to `last_s`. Stamps that count never go back.

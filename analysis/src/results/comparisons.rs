@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::{ConditionRecord, QuantityRecord};
 use crate::bounds::Bound;
 use crate::metrics::{Interval, Measure, Metric};
+use crate::response::Branch;
+use crate::uncertainty::errors::Cause;
 use crate::verdict::{Basis, Verdict, is_as_expected};
 
 /// One prediction against one measurement.
@@ -56,6 +58,10 @@ pub struct Comparison {
     pub points: Vec<Point>,
     /// Every metric.
     pub metrics: Vec<MetricRecord>,
+    /// What makes the uncertainty of the residuals; empty for published points.
+    pub budget: Vec<BudgetRecord>,
+    /// What the comparison says of the model as ASME V&V 20 asks; null for published points.
+    pub validation: Option<ValidationRecord>,
     /// Every bound with its verdict.
     pub judgements: Vec<JudgementRecord>,
     /// The verdict of the bound that decides.
@@ -120,6 +126,8 @@ pub enum PointStatus {
     InFit,
     /// No model predicts this quantity.
     NotCompared,
+    /// In a cycle that is shown and not compared: the first, beside conditioned ones.
+    CycleApart,
 }
 
 /// A point of a comparison.
@@ -130,6 +138,10 @@ pub struct Point {
     pub line: usize,
     /// Runs whose repeats it is the mean of; empty for a printed point.
     pub runs: Vec<String>,
+    /// Which way the pressure went; null for a printed point.
+    pub branch: Option<Branch>,
+    /// Repeats behind it: runs, or conditioned cycles of a sole run; 0 for a printed point.
+    pub repeats: usize,
     /// Gauge pressure per chamber, Pa.
     pub pressures_gauge_pa: Vec<f64>,
     /// Share of the largest pressure in size, -1 to 1.
@@ -160,10 +172,14 @@ pub struct MetricRecord {
     pub metric: Metric,
     /// Value, SI units or share; null where it cannot be formed.
     pub value: Option<f64>,
-    /// Lower end of what the printed digits leave open.
+    /// Lower end of its interval: of what printed digits leave open, or 95 % of a session.
     pub lower: Option<f64>,
     /// Upper end.
     pub upper: Option<f64>,
+    /// Before what the errors of the points add was taken off: of an RMSE in a session.
+    pub uncorrected: Option<f64>,
+    /// The share of each row of the budget in its variance; empty where there is none.
+    pub shares: Vec<f64>,
     /// Why there is no value.
     pub undefined: Option<String>,
     /// Where some points have no prediction: the metric over the others. Never judged.
@@ -199,6 +215,8 @@ impl MetricRecord {
             value: None,
             lower: None,
             upper: None,
+            uncorrected: None,
+            shares: vec![],
             undefined: None,
             over_predicted_points: None,
             single_repeat: false,
@@ -221,6 +239,46 @@ impl MetricRecord {
             _ => Measure::Undefined("stored without a value"),
         }
     }
+}
+
+/// A source of uncertainty of the residuals.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BudgetRecord {
+    /// Which: an instrument and its channel, an input of the model, repeats.
+    pub source: String,
+    /// Of what kind.
+    pub cause: Cause,
+    /// `A`: from the scatter of the data; `B`: from what is declared.
+    pub evaluation: String,
+    /// Degrees of freedom, of type A.
+    pub degrees_of_freedom: Option<usize>,
+    /// Standard uncertainty of a residual, root mean square over the points used, SI units.
+    pub std_rms_si: f64,
+    /// The largest.
+    pub std_max_si: f64,
+}
+
+/// Comparison error and validation uncertainty, root mean square over the points used, SI units (ASME V&V 20).
+///
+/// E = S - D, `u_val² = u_num² + u_input² + u_D²`: how far the model may be off without these data telling it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ValidationRecord {
+    /// Of E, predicted - measured.
+    pub e_si: f64,
+    /// Of the data: repeats, instruments, and the pressures and conditions at which they were taken.
+    pub u_d_si: f64,
+    /// Of the inputs of the model.
+    pub u_input_si: f64,
+    /// Of its solution.
+    pub u_num_si: f64,
+    /// Of all.
+    pub u_val_si: f64,
+    /// Values used, component by component.
+    pub values: usize,
+    /// Those with |E| within the 95 % interval that `u_val` gives: there the data show no error of the model.
+    pub within: usize,
 }
 
 /// A bound and its verdict.

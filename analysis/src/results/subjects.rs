@@ -166,7 +166,7 @@ pub struct ChannelRecord {
 }
 
 /// What became of the samples of a response.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CensusRecord {
     /// The quantity.
@@ -182,6 +182,40 @@ pub struct CensusRecord {
     /// Samples and holes table by table, where the channels come from several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<TableRecord>,
+    /// What is repeated: runs, or the conditioned cycles of a sole run.
+    pub repeats: Vec<String>,
+    /// Points of a cycle that is shown and not compared.
+    pub points_apart: usize,
+    /// The loop between loading and unloading, and what is left of it.
+    pub way: WayRecord,
+}
+
+/// How a response depends on the way of the pressure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WayRecord {
+    /// Area between unloading and loading, in the quantity's SI unit × Pa.
+    pub loop_area_si: Option<IntervalRecord>,
+    /// Why there is none.
+    pub no_loop: Option<String>,
+    /// What is left at zero pressure behind the way down, less what was there before, in SI units.
+    pub residual_at_zero_si: Option<IntervalRecord>,
+    /// Change of the mean reading from cycle to cycle, in SI units; over runs, too.
+    pub drift_per_cycle_si: Option<IntervalRecord>,
+    /// Conditioned cycles it is taken from.
+    pub drift_cycles: usize,
+}
+
+/// A number with its 95 % interval; without repeats and declared instruments it has none.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IntervalRecord {
+    /// The number.
+    pub value: f64,
+    /// Lower end.
+    pub lower: Option<f64>,
+    /// Upper end.
+    pub upper: Option<f64>,
 }
 
 /// What became of the samples of one table of a session.

@@ -131,6 +131,10 @@ kinds! {
     ClockShift = "clock-shift",
     /// Plateaus of the pressure within whose windows another device or topic stamped nothing.
     UnmetPlateaus = "unmet-plateaus",
+    /// A run without a reading at zero pressure before its first rise, from which its zero should come.
+    Untared = "untared",
+    /// What is measured still moves while it is averaged.
+    Creeping = "creeping",
     /// A clock without a date, in a file whose other clocks have one.
     NoDate = "no-date",
 }

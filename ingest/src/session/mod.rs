@@ -322,7 +322,7 @@ fn clash(
     };
     let all = || named(&mut response.channels());
     let is_one = run.stream_of(response.channels()).is_some();
-    match (response.points, manifest.clocks) {
+    match (&response.points, manifest.clocks) {
         (PointRule::Samples { .. }, Clocks::Unsaid) if !is_one => {
             let next = "say from = \"plateaus\" in `points`, and clocks = \"one\" if one clock stamped them all; clocks of several \
                         devices with zeros of their own cannot be set against each other yet";
@@ -332,12 +332,12 @@ fn clash(
             let next = "say from = \"plateaus\" in `points`: the mean over a plateau needs no partners";
             return Some(("channels of one table: samples of two have no partners", all(), next));
         }
-        (PointRule::Plateaus { .. }, Clocks::Unsaid) if !is_one => {
+        (rule, Clocks::Unsaid) if rule.is_timed() && !is_one => {
             let next = "add clocks = \"one\" if one clock stamped them all; clocks of several devices with zeros of their own cannot be \
                         set against each other yet";
             return Some(("channels that share one clock", all(), next));
         }
-        (PointRule::Plateaus { .. }, _) if run.stream_of(response.state_channels()).is_none() => {
+        (rule, _) if rule.is_timed() && run.stream_of(response.state_channels()).is_none() => {
             let next = "log them together, or make a response for each";
             let found = named(&mut response.state_channels());
             return Some(("pressures and conditions of one table, on which plateaus are found", found, next));
@@ -345,7 +345,7 @@ fn clash(
         _ => {}
     }
     let bare = response.channels().filter_map(stream).find(|stream| stream.seconds.is_none());
-    let bare = bare.filter(|_| matches!(response.points, PointRule::Plateaus { .. }))?;
+    let bare = bare.filter(|_| response.points.is_timed())?;
     let found = if is_one { "none".to_owned() } else { format!("none in {}", bare.title()) };
     let next = match bare.device {
         None => "add [clock] with `column` and `unit`, or with `rate`",

@@ -302,6 +302,7 @@ pub fn excluded(c: &Comparison) -> String {
         (PointStatus::HoleInPrint, "not printed"),
         (PointStatus::InFit, "in the fit"),
         (PointStatus::NotCompared, "not compared"),
+        (PointStatus::CycleApart, "of a cycle apart"),
     ] {
         let n = count(status);
         if n > 0 {

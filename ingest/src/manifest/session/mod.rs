@@ -205,6 +205,12 @@ pub struct ResponseSpec {
     pub measured: Vec<String>,
     /// How it was measured.
     pub method: String,
+    /// What is read at zero pressure before the first rise of a run is taken as its zero.
+    pub tare_at_zero: bool,
+    /// Which cycles are compared.
+    pub cycles: Cycles,
+    /// Whether loading and unloading are kept apart.
+    pub branches: Branches,
     /// Channel and id of what is set beside the pressure.
     pub conditions: Vec<ConditionSpec>,
     /// How samples become points.
@@ -241,8 +247,32 @@ pub struct ConditionSpec {
     pub title: String,
 }
 
+/// Which cycles of the pressure are compared with a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Cycles {
+    /// Those behind the first, where there are any: soft materials are stiffer in their first cycle.
+    #[default]
+    Conditioned,
+    /// The first alone.
+    First,
+    /// All, the first among them.
+    All,
+}
+
+/// Whether loading and unloading are kept apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Branches {
+    /// What was read on the way up meets what was read on the way up: soft materials have hysteresis.
+    #[default]
+    Apart,
+    /// The order of the readings means nothing, as where states were visited at random.
+    Together,
+}
+
 /// How samples become points of a response.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum PointRule {
     /// Every sample is a point: a log of steady states.
     Samples {
@@ -258,6 +288,30 @@ pub enum PointRule {
         /// The end of it that is averaged, in s.
         window_s: f64,
     },
+    /// Stated stretches of time are points: the mean over each.
+    Windows {
+        /// Where they begin, in s from the first stamp of the run.
+        begin_s: Vec<f64>,
+        /// How long each is, in s.
+        window_s: f64,
+        /// Pressures so near each other are one, in Pa.
+        same_within_pa: f64,
+    },
+}
+
+impl PointRule {
+    /// Whether points are means over stretches of time, for which samples of several tables need no partners.
+    pub fn is_timed(&self) -> bool {
+        !matches!(self, Self::Samples { .. })
+    }
+
+    /// Pressures so near each other are one nominal pressure, in Pa; 0: equal to the bit.
+    pub fn same_within_pa(&self) -> f64 {
+        match self {
+            Self::Samples { same_within_pa } | Self::Windows { same_within_pa, .. } => *same_within_pa,
+            Self::Plateaus { tolerance_pa, .. } => *tolerance_pa,
+        }
+    }
 }
 
 impl SessionManifest {

@@ -8,8 +8,8 @@ use toml::Spanned;
 use super::device::{self, Clocks, DeviceSpec, RawDevice};
 use super::follows::RawFollows;
 use super::{
-    ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PointRule, PressureReference, ResponseSpec,
-    RunSpec, Specimen, Stamp,
+    Branches, ChannelSpec, ClockSpec, ConditionSpec, Cycles, DerivedRule, DerivedSpec, PointRule, PressureReference,
+    ResponseSpec, RunSpec, Specimen, Stamp,
 };
 use crate::document::{Amount, Document, parse_unit};
 use crate::error::{IngestError, shown, suggestion};
@@ -176,6 +176,10 @@ pub(super) struct RawResponse {
     condition: Vec<RawCondition>,
     points: Option<RawPoints>,
     zero_within: Option<Amount>,
+    #[serde(default)]
+    cycles: Cycles,
+    #[serde(default)]
+    branches: Branches,
 }
 
 #[derive(Deserialize)]
@@ -191,6 +195,14 @@ struct RawMeasured {
     channel: Spanned<OneOrMany>,
     #[serde(default)]
     method: String,
+    tare: Option<RawTare>,
+}
+
+/// Said in words, so that another kind of tare may come.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum RawTare {
+    ZeroPressure,
 }
 
 #[derive(Deserialize)]
@@ -201,7 +213,8 @@ struct RawCondition {
     title: Option<String>,
 }
 
-/// `{ from = "samples", same_within }`, or `{ from = "plateaus", tolerance, hold, window }`.
+/// `{ from = "samples", same_within }`, `{ from = "plateaus", tolerance, hold, window }` or `{ from = "windows", begin, window,
+/// same_within }`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawPoints {
@@ -210,6 +223,7 @@ struct RawPoints {
     tolerance: Option<Amount>,
     hold: Option<Amount>,
     window: Option<Amount>,
+    begin: Option<Vec<Amount>>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -217,6 +231,7 @@ struct RawPoints {
 enum PointSource {
     Samples,
     Plateaus,
+    Windows,
 }
 
 impl RawReader {
@@ -491,6 +506,9 @@ pub(super) fn responses(
             pressure,
             measured: names.to_vec(),
             method: r.measured.method.clone(),
+            tare_at_zero: r.measured.tare.is_some(),
+            cycles: r.cycles,
+            branches: r.branches,
             conditions,
             zero_within_pa: r
                 .zero_within
@@ -509,12 +527,17 @@ pub(super) fn responses(
 
 impl RawPoints {
     pub fn checked(&self, document: &Document) -> Result<PointRule, IngestError> {
-        match (self.from.get_ref(), &self.tolerance, &self.hold, &self.window) {
-            (PointSource::Samples, None, None, None) => {
-                let same =
-                    self.same_within.as_ref().map(|s| s.not_negative(document, Dimension::Pressure)).transpose()?;
-                Ok(PointRule::Samples { same_within_pa: same.unwrap_or(0.0) })
-            }
+        let same_within = || -> Result<f64, IngestError> {
+            let same = self.same_within.as_ref().map(|s| s.not_negative(document, Dimension::Pressure)).transpose()?;
+            Ok(same.unwrap_or(0.0))
+        };
+        let source = *self.from.get_ref();
+        if let (PointSource::Samples | PointSource::Plateaus, Some(begin)) = (source, &self.begin) {
+            let span = begin.first().map_or(self.from.span(), Amount::span);
+            return Err(document.malformed(span, "no `begin` here", "one", "remove it, or say from = \"windows\""));
+        }
+        match (source, &self.tolerance, &self.hold, &self.window) {
+            (PointSource::Samples, None, None, None) => Ok(PointRule::Samples { same_within_pa: same_within()? }),
             (PointSource::Samples, ..) => {
                 let next = "remove them, or say from = \"plateaus\"";
                 let found = "tolerance, hold or window";
@@ -541,6 +564,24 @@ impl RawPoints {
                 let next = "add what is missing, each as { value, unit }";
                 let expected = "`tolerance`, `hold` and `window` beside from = \"plateaus\"";
                 Err(document.malformed(self.from.span(), expected, "not all of them", next))
+            }
+            (PointSource::Windows, None, None, Some(window)) if self.begin.as_ref().is_some_and(|b| !b.is_empty()) => {
+                let window_s = window.checked(document, Dimension::Time)?;
+                let mut begin_s: Vec<f64> = Vec::new();
+                for begin in self.begin.iter().flatten() {
+                    let at = begin.not_negative(document, Dimension::Time)?;
+                    if let Some(before) = begin_s.last().filter(|before| **before + window_s > at) {
+                        let expected = format!("windows one after the other: from {} s on", before + window_s);
+                        return Err(document.malformed(begin.span(), expected, format!("{at} s"), "sort them"));
+                    }
+                    begin_s.push(at);
+                }
+                Ok(PointRule::Windows { begin_s, window_s, same_within_pa: same_within()? })
+            }
+            (PointSource::Windows, ..) => {
+                let next = "say begin = [{ value = 9, unit = \"s\" }, ..] from the first stamp of a run, and window = { value, unit }";
+                let expected = "`begin` and `window`, and no `tolerance` or `hold`, beside from = \"windows\"";
+                Err(document.malformed(self.from.span(), expected, "something else", next))
             }
         }
     }

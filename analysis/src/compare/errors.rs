@@ -1,0 +1,225 @@
+//! What may move the values of a session's comparison: repeats, instruments, the model's inputs, numerics.
+
+use pneuval_ingest::manifest::ImportedModel;
+
+use super::predict::{Between, Posed};
+use crate::prediction::{Predicted, Predictor, full_pressures};
+use crate::response::{Response, ResponsePoint, Target};
+use crate::uncertainty::errors::{Cause, Errors, Source};
+
+/// The step over which the slope of a prediction is taken, as a share of the full pressure or of the condition.
+const SLOPE_SHARE: f64 = 1e-3;
+
+/// What rounding and the end of a bracketed root leave of a computed value, as a share of it.
+const SOLVER_SHARE: f64 = 8.0 * f64::EPSILON;
+
+/// The standard deviation of what lies anywhere within ± 1.
+const RECTANGULAR: f64 = 0.577_350_269_189_625_8;
+
+/// Everything that may move the measured and predicted values at the points of a response. The repeats are for whoever picks points to
+/// count.
+pub(super) fn errors(response: &Response, posed: &Posed) -> Errors {
+    let mut errors = Errors::default();
+    let zeros = || vec![0.0; response.points.len() * response.quantity.width()];
+    let source = |name: &str, cause| Source { name: name.to_owned(), cause };
+    add_repeats(&mut errors, response);
+    let mut names: Vec<&str> = Vec::new();
+    for instrument in &response.instruments {
+        if !names.contains(&instrument.source.as_str()) {
+            names.push(&instrument.source);
+        }
+    }
+    for name in names {
+        let mut moved = (zeros(), zeros());
+        let mut cause = Cause::State;
+        for instrument in response.instruments.iter().filter(|i| i.source == name) {
+            if let Target::Component(_) = instrument.target {
+                cause = Cause::Instrument;
+            }
+            add_instrument(&mut moved, response, posed, instrument.target, instrument.std_si);
+        }
+        errors.add(source(name, cause), [moved]);
+    }
+    let values = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<f64> {
+        let width = response.quantity.width();
+        let value = |i: usize, c: usize| number(&posed.prediction.at[i], c).map_or(0.0, |v| of(i, c, v));
+        (0..response.points.len()).flat_map(|i| (0..width).map(move |c| (i, c))).map(|(i, c)| value(i, c)).collect()
+    };
+    match &posed.between {
+        // Straight lines between its rows are what the table says, by declaration; what its own numerics leave open is for its `std`.
+        Between::Imported(model) => {
+            let std = |i: usize, c: usize| std_at(model, &response.points[i], c);
+            errors.add(
+                source(&format!("std of {}", model.form), Cause::Input),
+                [(zeros(), values(&|i, c, _| std(i, c)))],
+            );
+        }
+        Between::Form(_) => {
+            let open = values(&|_, _, v| RECTANGULAR * SOLVER_SHARE * v);
+            errors.add(source("solver and rounding", Cause::Numerical), [(zeros(), open)]);
+        }
+        Between::Nothing(_) => {}
+    }
+    errors
+}
+
+/// What may move the measured values alone: repeats and the instruments that read them.
+pub(crate) fn of_measured(response: &Response) -> Errors {
+    let mut errors = Errors { repeats: fewest(response), ..Errors::default() };
+    add_repeats(&mut errors, response);
+    let width = response.quantity.width();
+    for instrument in &response.instruments {
+        let Target::Component(component) = instrument.target else { continue };
+        let mut moved = vec![0.0; response.points.len() * width];
+        moved.iter_mut().skip(component).step_by(width).for_each(|value| *value = instrument.std_si);
+        let source = Source { name: instrument.source.clone(), cause: Cause::Instrument };
+        errors.add(source, [(moved, vec![0.0; response.points.len() * width])]);
+    }
+    errors
+}
+
+fn fewest(response: &Response) -> usize {
+    response.points.iter().filter(|p| !p.is_apart).map(|p| p.repeats.len()).min().unwrap_or(0)
+}
+
+fn add_repeats(errors: &mut Errors, response: &Response) {
+    let zeros = || vec![0.0; response.points.len() * response.quantity.width()];
+    let scatter = (0..response.repeats.len()).map(|repeat| (scatter(response, repeat), zeros()));
+    let n = response.points.iter().map(|p| p.repeats.len()).max().unwrap_or(0);
+    errors.add(Source { name: format!("{n} repeats"), cause: Cause::Repeats }, scatter);
+}
+
+/// What a repeat adds to the mean of its points: over all repeats the squares sum up to the variance of the mean.
+fn scatter(response: &Response, repeat: usize) -> Vec<f64> {
+    let width = response.quantity.width();
+    let of = |point: &ResponsePoint| -> Vec<f64> {
+        let n = point.repeats.len() as f64;
+        let here = point.repeats.iter().find(|(index, _)| *index == repeat);
+        match (here, &point.measured) {
+            (Some((_, values)), Some(mean)) if point.repeats.len() >= 2 => {
+                let scale = (n * (n - 1.0)).sqrt();
+                values.iter().zip(mean).map(|(v, mean)| (v - mean.si) / scale).collect()
+            }
+            _ => vec![0.0; width],
+        }
+    };
+    response.points.iter().flat_map(of).collect()
+}
+
+/// Adds what an instrument that is off by one standard uncertainty moves.
+fn add_instrument(moved: &mut (Vec<f64>, Vec<f64>), response: &Response, posed: &Posed, target: Target, std: f64) {
+    let width = response.quantity.width();
+    match target {
+        Target::Component(component) => {
+            moved.0.iter_mut().skip(component).step_by(width).for_each(|value| *value += std);
+        }
+        Target::Pressure(_) | Target::Condition(_) => {
+            let slopes = slopes(response, posed, target, std);
+            moved.1.iter_mut().zip(slopes).for_each(|(value, slope)| *value += slope * std);
+        }
+    }
+}
+
+fn number(predicted: &Predicted, component: usize) -> Option<f64> {
+    match predicted {
+        Predicted::Value(values) | Predicted::InFit(values) => values.get(component).map(|v| v.si),
+        _ => None,
+    }
+    .filter(|v| v.is_finite())
+}
+
+/// The slope of the prediction over a pressure or condition, at each point and component: by the form itself, else between its neighbours.
+fn slopes(response: &Response, posed: &Posed, target: Target, std: f64) -> Vec<f64> {
+    let width = response.quantity.width();
+    let full = full_pressures(&response.pressures());
+    let at = &posed.prediction.at;
+    let mut slopes = Vec::with_capacity(response.points.len() * width);
+    for (i, point) in response.points.iter().enumerate() {
+        for component in 0..width {
+            let of_form =
+                posed.between.predictor().ok().and_then(|p| of_predictor(p, point, target, &full, std, component));
+            slopes.push(of_form.or_else(|| of_neighbours(response, at, i, target, component)).unwrap_or(0.0));
+        }
+    }
+    slopes
+}
+
+fn of_predictor(
+    predictor: &dyn Predictor,
+    point: &ResponsePoint,
+    target: Target,
+    full: &[f64],
+    std: f64,
+    component: usize,
+) -> Option<f64> {
+    let conditions: Vec<f64> = point.conditions.iter().map(|c| c.si).collect();
+    let value = |by: f64| {
+        let (mut pressures, mut conditions) = (point.pressures_gauge_pa.clone(), conditions.clone());
+        match target {
+            Target::Pressure(chamber) => *pressures.get_mut(chamber)? += by,
+            Target::Condition(index) => *conditions.get_mut(index)? += by,
+            Target::Component(_) => return None,
+        }
+        number(&predictor.at(&pressures, &conditions), component)
+    };
+    let scale = match target {
+        Target::Pressure(chamber) => full.get(chamber).copied().unwrap_or(0.0),
+        Target::Condition(index) => conditions.get(index).copied().unwrap_or(0.0).abs(),
+        Target::Component(_) => 0.0,
+    };
+    let step = std.max(SLOPE_SHARE * scale);
+    // At an end of the form one side is all there is.
+    let (below, here, above) = (value(-step), value(0.0), value(step));
+    match (below, here, above) {
+        (Some(below), _, Some(above)) => Some((above - below) / (2.0 * step)),
+        (None, Some(here), Some(above)) => Some((above - here) / step),
+        (Some(below), Some(here), None) => Some((here - below) / step),
+        _ => None,
+    }
+}
+
+/// The slope between the neighbours of a point: on its branch, with its other pressures and conditions.
+fn of_neighbours(response: &Response, at: &[Predicted], i: usize, target: Target, component: usize) -> Option<f64> {
+    let here = &response.points[i];
+    let along = |p: &ResponsePoint| match target {
+        Target::Pressure(chamber) => p.pressures_gauge_pa.get(chamber).copied(),
+        Target::Condition(index) => p.conditions.get(index).map(|c| c.si),
+        Target::Component(_) => None,
+    };
+    let alike = |p: &&(usize, &ResponsePoint)| {
+        let pressures = p.1.pressures_gauge_pa.iter().zip(&here.pressures_gauge_pa).enumerate();
+        let conditions = p.1.conditions.iter().zip(&here.conditions).enumerate();
+        p.1.branch == here.branch
+            && pressures
+                .filter(|(c, _)| target != Target::Pressure(*c))
+                .all(|(_, (a, b))| (a - b).abs() <= response.same_within_pa)
+            && conditions
+                .filter(|(c, _)| target != Target::Condition(*c))
+                .all(|(_, (a, b))| (a.si - b.si).abs() <= 0.01 * b.si.abs())
+    };
+    let x0 = along(here)?;
+    let all: Vec<(usize, &ResponsePoint)> = response.points.iter().enumerate().collect();
+    let others = all.iter().filter(alike).filter_map(|(j, p)| Some((along(p)?, number(&at[*j], component)?)));
+    let mut below: Option<(f64, f64)> = None;
+    let mut above: Option<(f64, f64)> = None;
+    for (x, y) in others {
+        if x < x0 && below.is_none_or(|(b, _)| x > b) {
+            below = Some((x, y));
+        } else if x > x0 && above.is_none_or(|(a, _)| x < a) {
+            above = Some((x, y));
+        }
+    }
+    let own = number(&at[i], component).map(|y| (x0, y));
+    let (a, b) = (below.or(own)?, above.or(own)?);
+    (b.0 > a.0).then(|| (b.1 - a.1) / (b.0 - a.0))
+}
+
+/// The table's own standard uncertainty at a point.
+fn std_at(model: &ImportedModel, point: &ResponsePoint, component: usize) -> f64 {
+    match model.at(&point.pressures_gauge_pa, &[]) {
+        Predicted::Value(values) => {
+            values.get(component).map_or(0.0, |v| v.half_width_si / crate::uncertainty::coverage::Z95)
+        }
+        _ => 0.0,
+    }
+}
