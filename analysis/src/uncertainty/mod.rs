@@ -1,5 +1,5 @@
 //! How sure a number is: intervals by resampling, and what uncertain inputs do to a prediction.
 
 pub mod bootstrap;
-//inputs
+pub mod inputs;
 pub mod random;
