@@ -53,9 +53,11 @@ pub enum Command {
 ///
 /// Reads the datasets below each PATH, or the embedded papers if none is given. Actuators and bounds are looked up in the
 /// dataset's folder, its parents, then among the embedded ones.
+// Flags of a command line.
+#[allow(clippy::struct_excessive_bools)]
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  pneuval validate                         the embedded papers\n  pneuval validate datasets --out report   a folder of datasets\n  pneuval validate mine --bounds lab.toml --json"
+    after_help = "Examples:\n  pneuval validate                         the embedded papers\n  pneuval validate datasets --out report   a folder of datasets\n  pneuval validate mine --bounds lab.toml --json\n  pneuval validate monday --no-report      between two runs at the rig"
 )]
 pub struct Validate {
     /// Datasets, or folders of them
@@ -69,6 +71,9 @@ pub struct Validate {
     /// Write pages without figures: faster, for many comparisons
     #[arg(long)]
     pub no_figures: bool,
+    /// Write no folder at all: every number computed and judged, for the table and the exit code
+    #[arg(long, conflicts_with_all = ["out", "no_figures", "report_only"])]
+    pub no_report: bool,
     /// Exit 0 whatever the verdicts; page one says so
     #[arg(long)]
     pub report_only: bool,

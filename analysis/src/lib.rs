@@ -14,6 +14,7 @@
 //! | [`fit`] | calibration of parameters before a comparison |
 //! | [`pairing`] | what becomes of every point |
 //! | [`metrics`] | how far apart they are, with the interval that is known |
+//! | [`uncertainty`] | intervals by resampling; what uncertain inputs do to a prediction |
 //! | [`bounds`] | acceptance limits, each with its reason |
 //! | [`verdict`] | `judge()`, the only place where a metric meets a bound |
 //! | [`compare`] | response and prediction to comparison |

@@ -127,6 +127,7 @@ pub fn measure_published(points: &[Point]) -> Vec<MetricRecord> {
         measure: metrics::measure(metric, &split.used, &split.at_zero, Err(none)),
         uncorrected: None,
         shares: vec![],
+        method: None,
     };
     split.records(points, &known, Knowledge::default(), Knowledge::default())
 }
@@ -280,7 +281,7 @@ impl Split {
         };
         let record = |metric| {
             let grounds = if metric == Metric::ResidualAtZero { at_zero_known } else { used };
-            let Known { measure, uncorrected, shares } = known(metric);
+            let Known { measure, uncorrected, shares, method } = known(metric);
             let measure = match measure {
                 Measure::Known(interval) if grounds.unknown => Measure::Shown(uncorrected.unwrap_or(interval.value)),
                 measure => measure,
@@ -289,6 +290,7 @@ impl Split {
                 single_repeat: grounds.single_repeat,
                 uncorrected: uncorrected.filter(|_| !grounds.unknown),
                 shares,
+                method: method.filter(|_| !grounds.unknown),
                 ..MetricRecord::new(metric, measure)
             };
             match &missing {

@@ -7,7 +7,7 @@ use pneuval_ingest::document::Origin;
 use pneuval_ingest::manifest::{Actuator, Condition, ImportedModel, PredictedColumn};
 use pneuval_ingest::number::Printed;
 use pneuval_models::ModelError;
-use pneuval_models::catalogue::{Entry, Inputs, Model};
+use pneuval_models::catalogue::{Entry, Inputs, Model, Parameter};
 
 use crate::AnalysisError;
 use crate::format;
@@ -87,6 +87,26 @@ impl<'a> Form<'a> {
     /// A form whose inputs are complete but for the conditions.
     pub fn new(entry: &'a Entry, inputs: Inputs, conditions: &'a [Condition]) -> Self {
         Self { entry, inputs, conditions, built: RefCell::new(Vec::new()) }
+    }
+
+    /// The names of its inputs, but for what is set beside the pressure.
+    pub fn parameters(&self) -> impl Iterator<Item = &'static Parameter> {
+        self.entry.parameters.iter()
+    }
+
+    /// The value of an input.
+    pub fn input(&self, name: &str) -> Option<f64> {
+        self.inputs.get(name)
+    }
+
+    /// The same form with other values of some inputs.
+    #[must_use]
+    pub fn with(&self, changed: &[(&str, f64)]) -> Self {
+        let mut inputs = self.inputs.clone();
+        for (name, value) in changed {
+            inputs.set(*name, *value);
+        }
+        Self::new(self.entry, inputs, self.conditions)
     }
 
     /// The value of each component.

@@ -16,8 +16,8 @@ use pneuval_ingest::manifest::is_id;
 use crate::format;
 
 pub use comparisons::{
-    BudgetRecord, Comparison, FitRecord, FittedParameter, JudgementRecord, MetricRecord, Point, PointStatus, Standing,
-    ValidationRecord,
+    BudgetRecord, Comparison, FitRecord, FittedParameter, InputsRecord, JudgementRecord, MetricRecord, Point,
+    PointStatus, Standing, ValidationRecord,
 };
 pub use subjects::{
     ActuatorRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, InputRecord, IntervalRecord,

@@ -1,11 +1,15 @@
 //! What may move the values of a session's comparison: repeats, instruments, the model's inputs, numerics.
 
 use pneuval_ingest::manifest::ImportedModel;
+use pneuval_models::catalogue::Parameter;
 
 use super::predict::{Between, Posed};
-use crate::prediction::{Predicted, Predictor, full_pressures};
+use crate::prediction::{Form, Predicted, Predictor, full_pressures, predict_at};
 use crate::response::{Response, ResponsePoint, Target};
+use crate::results::InputsRecord;
+use crate::study::Study;
 use crate::uncertainty::errors::{Cause, Errors, Source};
+use crate::uncertainty::inputs::{Input, Sampling, Spread, propagate};
 
 /// The step over which the slope of a prediction is taken, as a share of the full pressure or of the condition.
 const SLOPE_SHARE: f64 = 1e-3;
@@ -13,13 +17,21 @@ const SLOPE_SHARE: f64 = 1e-3;
 /// What rounding and the end of a bracketed root leave of a computed value, as a share of it.
 const SOLVER_SHARE: f64 = 8.0 * f64::EPSILON;
 
+/// Samples of the model's inputs, at least and at most, and evaluations of the model in all.
+const SAMPLES: (usize, usize) = (256, 8192);
+const EVALUATIONS_MAX: usize = 200_000;
+
+/// Quantiles of the prediction are settled when a doubling moves none by more than this share of its standard uncertainty.
+const SETTLED_SHARE: f64 = 0.1;
+
 /// The standard deviation of what lies anywhere within ± 1.
 const RECTANGULAR: f64 = 0.577_350_269_189_625_8;
 
-/// Everything that may move the measured and predicted values at the points of a response. The repeats are for whoever picks points to
-/// count.
-pub(super) fn errors(response: &Response, posed: &Posed) -> Errors {
+/// Everything that may move the measured and predicted values at the points of a response, and what became of the model's
+/// inputs. The repeats are for whoever picks points to count.
+pub(super) fn errors(study: &Study, response: &Response, posed: &Posed) -> (Errors, Option<InputsRecord>) {
     let mut errors = Errors::default();
+    let mut inputs = None;
     let zeros = || vec![0.0; response.points.len() * response.quantity.width()];
     let source = |name: &str, cause| Source { name: name.to_owned(), cause };
     add_repeats(&mut errors, response);
@@ -54,13 +66,87 @@ pub(super) fn errors(response: &Response, posed: &Posed) -> Errors {
                 [(zeros(), values(&|i, c, _| std(i, c)))],
             );
         }
-        Between::Form(_) => {
+        Between::Form(form) => {
             let open = values(&|_, _, v| RECTANGULAR * SOLVER_SHARE * v);
             errors.add(source("solver and rounding", Cause::Numerical), [(zeros(), open)]);
+            inputs = add_inputs(&mut errors, study, response, posed, form);
         }
         Between::Nothing(_) => {}
     }
-    errors
+    (errors, inputs)
+}
+
+/// The inputs of a form with a declared or fitted standard uncertainty, by Monte Carlo: the linear part of each is a direction, and so is
+/// what is left.
+fn add_inputs(
+    errors: &mut Errors,
+    study: &Study,
+    response: &Response,
+    posed: &Posed,
+    form: &Form,
+) -> Option<InputsRecord> {
+    let declared = &study.input.actuator.values;
+    let fitted = posed.fit.iter().flat_map(|fit| &fit.parameters);
+    let fitted: Vec<(&str, Option<f64>)> = fitted.map(|p| (p.name.as_str(), p.std_si)).collect();
+    let input = |parameter: &Parameter| {
+        let of_fit = fitted.iter().find(|(name, _)| *name == parameter.name).map(|(_, std)| *std);
+        let std = of_fit.unwrap_or_else(|| declared.get(parameter.name).and_then(|v| v.std_si))?;
+        let mean = form.input(parameter.name)?;
+        // A length or a modulus has no other sign; an angle or an offset may.
+        let positive = mean > 0.0 && !matches!(parameter.si_unit, "rad" | "1");
+        (std > 0.0).then(|| Input { name: parameter.name.to_owned(), mean, std, positive })
+    };
+    let inputs: Vec<Input> = form.parameters().filter_map(input).collect();
+    if inputs.is_empty() {
+        return None;
+    }
+    let width = response.quantity.width();
+    let places: Vec<usize> = (0..response.points.len())
+        .filter(|&i| number(&posed.prediction.at[i], 0).is_some() && response.points[i].measured.is_some())
+        .collect();
+    let predict = |values: &[f64]| -> Option<Vec<f64>> {
+        let changed: Vec<(&str, f64)> = inputs.iter().zip(values).map(|(input, v)| (input.name.as_str(), *v)).collect();
+        let form = form.with(&changed);
+        let mut predicted = Vec::with_capacity(places.len() * width);
+        for &i in &places {
+            let Predicted::Value(values) = predict_at(&form, &response.points[i]) else { return None };
+            predicted.extend(values.iter().map(|v| v.si));
+        }
+        Some(predicted)
+    };
+    let samples_max = (EVALUATIONS_MAX / places.len().max(1)).clamp(SAMPLES.0, SAMPLES.1);
+    let sampling = Sampling { seed: 0, samples_max, settled_share: SETTLED_SHARE };
+    let names = inputs.iter().map(|input| input.name.clone()).collect();
+    let spread = match propagate(&inputs, &sampling, &predict) {
+        Ok(spread) => spread,
+        Err(why) => {
+            let without =
+                InputsRecord { names, samples: 0, settled: false, without_solution: 0, problem: Some(why.to_string()) };
+            return Some(without);
+        }
+    };
+    // From the places back to all points.
+    let scatter = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let mut all = vec![0.0; response.points.len() * width];
+        for (k, &i) in places.iter().enumerate() {
+            for c in 0..width {
+                all[i * width + c] = of(k * width + c);
+            }
+        }
+        all
+    };
+    let zeros = || vec![0.0; response.points.len() * width];
+    for (input, linear) in inputs.iter().zip(&spread.linear) {
+        let source = Source { name: input.name.clone(), cause: Cause::Input };
+        errors.add(source, [(zeros(), scatter(&|k| linear[k]))]);
+    }
+    let curved = Source { name: "inputs, beyond their linear part".to_owned(), cause: Cause::Input };
+    errors.add(curved, [(zeros(), scatter(&|k| spread.places[k].remainder))]);
+    let problem = (!spread.settled).then(|| {
+        format!("the quantiles still moved by {:.2} standard uncertainties at the last doubling", spread.moved)
+    });
+    let Spread { samples, without_solution, settled, .. } = spread;
+    Some(InputsRecord { names, samples, settled, without_solution, problem })
 }
 
 /// What may move the measured values alone: repeats and the instruments that read them.

@@ -118,7 +118,7 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     };
     let posed = predict(study, spec, response)?;
     let points = points(response, &posed.prediction.at);
-    let errors = (response.basis == Basis::Session).then(|| errors::errors(response, &posed));
+    let errors = (response.basis == Basis::Session).then(|| errors::errors(study, response, &posed));
     let Posed { prediction, fit, .. } = posed;
     let mut comparison = blank(study, &spec.quantity, response, &spec.form);
     comparison.title = spec.title.clone().unwrap_or(prediction.title);
@@ -134,7 +134,8 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     comparison.n_without_prediction = count(PointStatus::NoPrediction);
     match errors {
         None => comparison.metrics = measure_published(&points),
-        Some(errors) => {
+        Some((errors, inputs)) => {
+            comparison.inputs = inputs;
             let found = measure_session(&points, response, &errors);
             (comparison.metrics, comparison.budget) = (found.metrics, found.budget);
             comparison.validation = found.validation;
@@ -184,6 +185,7 @@ fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comp
         metrics: vec![],
         budget: vec![],
         validation: None,
+        inputs: None,
         judgements: vec![],
         verdict: Verdict::Unjudged,
         counted: true,

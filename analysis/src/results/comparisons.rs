@@ -8,6 +8,7 @@ use crate::bounds::Bound;
 use crate::metrics::{Interval, Measure, Metric};
 use crate::response::Branch;
 use crate::uncertainty::errors::Cause;
+use crate::uncertainty::intervals::Method;
 use crate::verdict::{Basis, Verdict, is_as_expected};
 
 /// One prediction against one measurement.
@@ -62,6 +63,8 @@ pub struct Comparison {
     pub budget: Vec<BudgetRecord>,
     /// What the comparison says of the model as ASME V&V 20 asks; null for published points.
     pub validation: Option<ValidationRecord>,
+    /// What became of uncertain inputs of the model; null where none is declared.
+    pub inputs: Option<InputsRecord>,
     /// Every bound with its verdict.
     pub judgements: Vec<JudgementRecord>,
     /// The verdict of the bound that decides.
@@ -180,6 +183,8 @@ pub struct MetricRecord {
     pub uncorrected: Option<f64>,
     /// The share of each row of the budget in its variance; empty where there is none.
     pub shares: Vec<f64>,
+    /// How the interval of a session's metric was found.
+    pub method: Option<Method>,
     /// Why there is no value.
     pub undefined: Option<String>,
     /// Where some points have no prediction: the metric over the others. Never judged.
@@ -217,6 +222,7 @@ impl MetricRecord {
             upper: None,
             uncorrected: None,
             shares: vec![],
+            method: None,
             undefined: None,
             over_predicted_points: None,
             single_repeat: false,
@@ -257,6 +263,22 @@ pub struct BudgetRecord {
     pub std_rms_si: f64,
     /// The largest.
     pub std_max_si: f64,
+}
+
+/// The Monte Carlo of a model's inputs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InputsRecord {
+    /// Inputs with a standard uncertainty.
+    pub names: Vec<String>,
+    /// Samples drawn.
+    pub samples: usize,
+    /// Whether the quantiles of the prediction stayed where they were at the last doubling.
+    pub settled: bool,
+    /// Samples for which the model has no solution: left out.
+    pub without_solution: usize,
+    /// What went wrong; then the budget lacks the inputs, or is not settled.
+    pub problem: Option<String>,
 }
 
 /// Comparison error and validation uncertainty, root mean square over the points used, SI units (ASME V&V 20).

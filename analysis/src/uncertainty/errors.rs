@@ -121,7 +121,8 @@ impl Errors {
         shares
     }
 
-    fn is_type_a(&self, factor: &Factor) -> bool {
+    /// Whether a factor is the scatter of repeats.
+    pub fn is_type_a(&self, factor: &Factor) -> bool {
         self.sources.get(factor.source).is_some_and(|source| source.cause == Cause::Repeats)
     }
 }

@@ -10,9 +10,16 @@
 //! | max, and max over a value | simultaneous over the values that may be the largest, [`pointwise`](super::pointwise) |
 //! | mean size, and mean over a value | first order with folded signs, [`pointwise`](super::pointwise) |
 //! | over the range | that of the numerator and of the range, in squares |
+//!
+//! From 20 repeats on the part of the repeats in bias, mean size and RMSE is that of a BCa bootstrap, a repeat being a block:
+//! [`bootstrap`](super::bootstrap). What everything else adds is added to it in squares.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::bootstrap::{Blocks, bca};
 use super::coverage::half_width;
-use super::errors::Errors;
+use super::errors::{Cause, Errors, Factor};
 use super::pointwise::{Moved, linear};
 use super::quadratic::root_mean_square;
 use crate::metrics::{Interval, LoopArea, Measure, Metric, Pair, measure};
@@ -26,11 +33,30 @@ pub struct Known {
     pub uncorrected: Option<f64>,
     /// The share of each source of the errors in its variance.
     pub shares: Vec<f64>,
+    /// How the interval was found.
+    pub method: Option<Method>,
 }
+
+/// How the interval of a metric was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// From variances, with a factor between the normal and Student's.
+    Parametric,
+    /// Of the repeats by a BCa bootstrap.
+    Bca,
+}
+
+/// Repeats from which a bootstrap is trusted, and how often they are resampled.
+const BCA_REPEATS_MIN: usize = 20;
+const RESAMPLES: usize = 10_000;
+
+/// Repeats × values × resamples at most: beyond it the parametric interval stays.
+const BCA_WORK_MAX: usize = 300_000_000;
 
 impl Known {
     fn of(measure: Measure) -> Self {
-        Self { measure, uncorrected: None, shares: vec![] }
+        Self { measure, uncorrected: None, shares: vec![], method: None }
     }
 }
 
@@ -53,6 +79,51 @@ pub struct Sample<'a> {
 impl Sample<'_> {
     /// A metric of the sample.
     pub fn metric(&self, metric: Metric) -> Known {
+        let known = self.parametric(metric);
+        self.resampled(metric, &known).unwrap_or(known)
+    }
+
+    /// The same with the repeats resampled, where they are many enough, and all there at every point.
+    fn resampled(&self, metric: Metric, known: &Known) -> Option<Known> {
+        let Measure::Known(interval) = known.measure else { return None };
+        let repeats: Vec<&Factor> = self.errors.factors.iter().filter(|f| self.errors.is_type_a(f)).collect();
+        let (n, values) = (repeats.len(), self.used.len() * self.used.first()?.measured.len());
+        if n < BCA_REPEATS_MIN || n != self.errors.repeats || n * values * RESAMPLES > BCA_WORK_MAX {
+            return None;
+        }
+        let width = values / self.used.len();
+        let residuals: Vec<f64> = self.used.iter().flat_map(Pair::differences).collect();
+        // What a factor holds of a repeat is its deviation from the mean over √(n (n - 1)).
+        let scale = ((n * (n - 1)) as f64).sqrt();
+        let column = |i: usize| repeats.iter().map(|f| residuals[i] - scale * f.measured[i]).collect();
+        let blocks = Blocks::new((0..values).map(column).collect()).ok()?;
+        let sizes = |e: &[f64]| -> Vec<f64> { e.chunks(width).map(|c| signed_size(c).abs()).collect() };
+        let points = self.used.len() as f64;
+        let statistic: Box<dyn Fn(&[f64]) -> f64> = match metric {
+            Metric::Bias => Box::new(|e| e.iter().sum::<f64>() / points),
+            Metric::Mae => Box::new(|e| sizes(e).iter().sum::<f64>() / points),
+            Metric::Rmse => Box::new(|e| (e.iter().map(|e| e * e).sum::<f64>() / points).sqrt()),
+            _ => return None,
+        };
+        let found = bca(&blocks, &*statistic, RESAMPLES, 0, 0.95).ok()?;
+        // What everything else adds: its share of the metric's variance.
+        let of_repeats: f64 = self
+            .errors
+            .sources
+            .iter()
+            .zip(&known.shares)
+            .filter(|(s, _)| s.cause == Cause::Repeats)
+            .map(|(_, s)| s)
+            .sum();
+        let other = |end: f64| (interval.value - end).abs() * (1.0 - of_repeats).max(0.0).sqrt();
+        let lower = interval.value - (found.value - found.lower).max(0.0).hypot(other(interval.lower));
+        let upper = interval.value + (found.upper - found.value).max(0.0).hypot(other(interval.upper));
+        let lower = if metric == Metric::Bias { lower } else { lower.max(0.0) };
+        let measure = finite(Interval { value: interval.value, lower, upper });
+        Some(Known { measure, method: Some(Method::Bca), ..known.clone() })
+    }
+
+    fn parametric(&self, metric: Metric) -> Known {
         let plain = measure(metric, self.used, self.at_zero, self.loop_area.as_ref().map_err(|why| *why));
         let Measure::Known(Interval { value, .. }) = plain else { return Known::of(plain) };
         match metric {
@@ -83,7 +154,7 @@ impl Sample<'_> {
             Metric::LoopArea | Metric::LoopAreaShare => {
                 let Ok(area) = &self.loop_area else { return Known::of(plain) };
                 let scale = if metric == Metric::LoopArea { 1.0 } else { 1.0 / area.box_area };
-                let by = |f: &super::errors::Factor| scale * area.of(|i| f.predicted[i] - f.measured[i]);
+                let by = |f: &Factor| scale * area.of(|i| f.predicted[i] - f.measured[i]);
                 let moved: Vec<f64> = self.errors_of_loop.factors.iter().map(by).collect();
                 let known = known_linear(value, &moved, &self.errors_of_loop);
                 // A share is a size.
@@ -105,6 +176,7 @@ impl Sample<'_> {
             measure: finite(found.interval),
             uncorrected: Some(found.uncorrected),
             shares: self.errors.shares(found.moved.iter().copied()),
+            method: Some(Method::Parametric),
         }
     }
 
@@ -126,7 +198,7 @@ impl Sample<'_> {
         let width = self.used.first().map_or(1, |p| p.measured.len());
         let bases: Vec<Vec<f64>> = self.used.iter().map(|p| p.numbers(to_predicted)).collect();
         let sizes: Vec<f64> = bases.iter().map(|b| signed_size(b)).collect();
-        let size_by = |factor: &super::errors::Factor, i: usize| {
+        let size_by = |factor: &Factor, i: usize| {
             let of = if to_predicted { &factor.predicted } else { &factor.measured };
             along(&bases[i], &of[i * width..(i + 1) * width])
         };
@@ -173,12 +245,12 @@ impl Sample<'_> {
             lower: ((value - (value - lower).hypot(of_range)) / range).max(0.0),
             upper: (value + (upper - value).hypot(of_range)) / range,
         };
-        Known { measure: finite(interval), uncorrected: size.uncorrected.map(|v| v / range), shares: size.shares }
+        Known { measure: finite(interval), uncorrected: size.uncorrected.map(|v| v / range), ..size }
     }
 }
 
 /// By how much a factor moves predicted - measured.
-fn difference(factor: &super::errors::Factor) -> Vec<f64> {
+fn difference(factor: &Factor) -> Vec<f64> {
     factor.predicted.iter().zip(&factor.measured).map(|(p, m)| p - m).collect()
 }
 
@@ -202,7 +274,7 @@ fn along(vector: &[f64], moved: &[f64]) -> f64 {
 
 fn known_linear(value: f64, moved: &[f64], errors: &Errors) -> Known {
     let shares = errors.shares(moved.iter().copied());
-    Known { measure: finite(linear(value, moved, errors)), uncorrected: None, shares }
+    Known { measure: finite(linear(value, moved, errors)), uncorrected: None, shares, method: Some(Method::Parametric) }
 }
 
 fn largest_of(moved: &Moved, errors: &Errors) -> Known {
@@ -210,12 +282,13 @@ fn largest_of(moved: &Moved, errors: &Errors) -> Known {
         return Known::of(Measure::Undefined("no point where both a measured and a predicted value exist"));
     };
     let shares = errors.shares(moved.by.iter().map(|by| by[top]));
-    Known { measure: finite(interval), uncorrected: None, shares }
+    Known { measure: finite(interval), uncorrected: None, shares, method: Some(Method::Parametric) }
 }
 
 fn mean_of(moved: &Moved, errors: &Errors) -> Known {
     let (interval, by) = moved.mean_size(errors);
-    Known { measure: finite(interval), uncorrected: None, shares: errors.shares(by) }
+    let shares = errors.shares(by);
+    Known { measure: finite(interval), uncorrected: None, shares, method: Some(Method::Parametric) }
 }
 
 fn finite(interval: Interval) -> Measure {

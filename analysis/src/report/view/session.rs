@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use pneuval_ingest::units::Unit;
 
+use super::budget;
 use crate::format;
-use crate::results::{ChannelRecord, DatasetRecord, MaterialRecord, RunRecord, TableRecord};
+use crate::results::{CensusRecord, ChannelRecord, Comparison, DatasetRecord, MaterialRecord, RunRecord, TableRecord};
 
 /// A session.
 #[derive(Serialize)]
@@ -17,6 +18,8 @@ pub struct SessionView {
     pub runs: Vec<RunView>,
     pub channels: Vec<ChannelView>,
     pub census: Vec<String>,
+    /// What is known of branches, cycles and repeats.
+    pub ways: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -46,7 +49,7 @@ pub struct MaterialView {
     pub stable: String,
 }
 
-pub(super) fn session(dataset: &DatasetRecord) -> Option<SessionView> {
+pub(super) fn session(dataset: &DatasetRecord, comparisons: &[&Comparison]) -> Option<SessionView> {
     let session = dataset.session.as_ref()?;
     let fact = |name: &str, value: &Option<String>| value.clone().map(|value| (name.to_owned(), value));
     let mut facts: Vec<(String, String)> =
@@ -74,6 +77,10 @@ pub(super) fn session(dataset: &DatasetRecord) -> Option<SessionView> {
             r.quantity, r.samples, r.holes, r.used, r.points
         )
     });
+    let way = |r: &CensusRecord| {
+        let of = comparisons.iter().find(|c| c.dataset == dataset.id && c.quantity.id == r.quantity)?;
+        Some(budget::way(r, of.quantity.unit()))
+    };
     Some(SessionView {
         title: dataset.title.clone(),
         synthetic: session.synthetic,
@@ -81,6 +88,7 @@ pub(super) fn session(dataset: &DatasetRecord) -> Option<SessionView> {
         runs: session.runs.iter().map(run).collect(),
         channels: session.channels.iter().map(channel).collect(),
         census: census.collect(),
+        ways: session.responses.iter().filter_map(way).collect(),
     })
 }
 
