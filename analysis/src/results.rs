@@ -19,12 +19,13 @@ pub use comparisons::{
     Comparison, FitRecord, FittedParameter, JudgementRecord, MetricRecord, Point, PointStatus, Standing,
 };
 pub use subjects::{
-    ActuatorRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, InputRecord, ListingRecord,
-    MaterialRecord, QuantityRecord, RunRecord, SessionRecord, SourceFile, StatedRecord, TableRecord,
+    ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, EstimateRecord,
+    InputRecord, LagRecord, ListingRecord, MaterialRecord, QuantityRecord, RunRecord, SessionRecord, SourceFile,
+    StatedRecord, TableRecord,
 };
 
 /// Version of the layout of `results.json`.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// The results of one `validate`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -5,7 +5,8 @@ mod plateaus;
 mod readings;
 mod session;
 
-pub use census::{Census, TableCensus, Unmet};
+pub use census::{Census, TableCensus, Unmet, Unsure};
+pub(crate) use plateaus::GAP_STEPS;
 pub use session::{POINTS_MAX, without_rounding};
 
 use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity};

@@ -20,6 +20,7 @@ use pneuval_ingest::session::Session;
 use super::census::Census;
 use super::readings::{Needed, Reading, SETTING_SHARE};
 use super::{IntervalKind, Response, ResponsePoint};
+use crate::align::AlignedRun;
 use crate::verdict::Basis;
 
 /// Points of a response at most: beyond it a log is a trajectory, not a set of steady states.
@@ -32,13 +33,17 @@ const ZERO_SHARE: f64 = 0.005;
 const ROUNDING_SHARE: f64 = 1e-9;
 
 impl Response {
-    /// The response that a session declares, and what became of its samples.
+    /// The response that a session declares, from its runs as they were aligned, and what became of its samples.
     ///
     /// # Errors
     /// The number of readings, if they are more than [`POINTS_MAX`] per run.
-    pub fn from_session(session: &Session, spec: &ResponseSpec) -> Result<(Self, Census), usize> {
+    pub fn from_session(
+        session: &Session,
+        aligned: &[AlignedRun],
+        spec: &ResponseSpec,
+    ) -> Result<(Self, Census), usize> {
         let (names, runs): (Vec<&str>, Vec<Needed>) =
-            session.runs.iter().filter_map(|run| Some((run.id.as_str(), Needed::of(session, run, spec)?))).unzip();
+            aligned.iter().filter_map(|aligned| Some((aligned.run.id.as_str(), Needed::of(aligned, spec)?))).unzip();
         let mut census = Census::default();
         for needed in &runs {
             needed.count(&mut census);
