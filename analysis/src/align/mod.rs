@@ -254,6 +254,9 @@ impl<'a> AlignedRun<'a> {
             }
             let Some((pressure, state, found)) = best else { continue };
             let is_known = self.groups[state] == self.groups[stream];
+            // The clocks are known as well as the events say, and so is what is left between them.
+            let clocks = self.clock_std_s(stream).hypot(self.clock_std_s(state));
+            let found = found.map(|lag| Lag { std_s: lag.std_s.hypot(clocks), ..lag });
             let meaning = match declared {
                 _ if is_known => Meaning::Physical,
                 LagMeaning::Unsaid => Meaning::Total,
@@ -282,6 +285,14 @@ impl<'a> AlignedRun<'a> {
             }
             self.lags.push(lag);
         }
+    }
+
+    /// How sure the clock of a stream is in the middle of its stamps, in s; of the reference, or without events, there is nothing to say.
+    fn clock_std_s(&self, stream: usize) -> f64 {
+        let fit = self.clocks.iter().find(|clock| clock.stream == stream).and_then(|clock| clock.fit.as_ref().ok());
+        let stamps = || self.run.streams[stream].seconds.iter().flatten().copied().filter(|t| t.is_finite());
+        let middle = stamps().next().zip(stamps().next_back()).map(|(first, last)| f64::midpoint(first, last));
+        fit.zip(middle).map_or(0.0, |(fit, middle)| fit.offset_at(middle).std)
     }
 
     fn join(&mut self, stream: usize, state: usize) {

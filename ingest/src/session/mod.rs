@@ -27,7 +27,7 @@ use crate::error::{IngestError, Place};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity};
 use crate::formats;
 use crate::formats::stamps::Epoch;
-use crate::manifest::{Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest, Views};
+use crate::manifest::{Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest, SyncSpec, Views};
 use crate::raw::RawFile;
 use crate::recording::Keep;
 use crate::units::{Dimension, Unit};
@@ -293,7 +293,17 @@ impl Session {
                 found,
                 next: next.to_owned(),
             };
+            let reference = |run: &Run, sync: &SyncSpec| Some(run.channels.get(sync.channels.first()?)?.stream);
             for run in &self.runs {
+                let first = self.manifest.syncs.iter().find_map(|sync| reference(run, sync));
+                if let (Some(first), Some(here)) = (first, reference(run, sync))
+                    && first != here
+                {
+                    let found = format!("that of {}", run.streams[here].title());
+                    let expected =
+                        format!("the reference clock of the other [[sync]], that of {}", run.streams[first].title());
+                    return Err(refused(&expected, found, "name a channel of that clock: all are set on one"));
+                }
                 let streams: Vec<(&String, usize)> =
                     sync.channels.iter().filter_map(|id| Some((id, run.channels.get(id)?.stream))).collect();
                 for (i, (id, stream)) in streams.iter().enumerate() {
