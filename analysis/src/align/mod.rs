@@ -39,8 +39,9 @@ use crate::format;
 /// No clock of a lab is off by more than this: ceramic resonators are by half of it.
 const DRIFT_MAX: f64 = 0.01;
 
-/// A lag this many standard uncertainties (and one sampling step) from that of the other runs, or below zero, is unusual.
-const UNUSUAL_STDS: f64 = 5.0;
+/// A lag this many standard uncertainties, and this share of a sampling step, from that of the other runs, or below zero, is unusual.
+const UNUSUAL_STDS: f64 = 3.0;
+const UNUSUAL_STEPS: f64 = 0.1;
 
 /// Standard uncertainties by which a lag may be longer than it was found.
 const LAG_STDS: f64 = 2.0;
@@ -243,6 +244,11 @@ impl<'a> AlignedRun<'a> {
                 continue;
             }
             seen.push(stream);
+            // Events were declared and give no clock: what a lag says instead nobody asked for.
+            let is_refused = self.clocks.iter().any(|clock| clock.stream == stream && clock.fit.is_err());
+            if is_refused && declared == LagMeaning::Unsaid {
+                continue;
+            }
             // Of several chambers, the one whose pressure the motion follows most.
             let mut best: Option<(&String, usize, Result<Lag, String>)> = None;
             for (pressure, (state, signal)) in others {
@@ -529,7 +535,10 @@ fn unusual(lags: &[(&AlignedRun, &RunLag, Lag)]) -> Option<(usize, usize, String
     let mut values: Vec<f64> = lags.iter().map(|(.., lag)| lag.value_s).collect();
     values.sort_by(f64::total_cmp);
     let middle = f64::midpoint(values[(values.len() - 1) / 2], values[values.len() / 2]);
-    let is_far = |lag: &Lag, from: f64| (lag.value_s - from).abs() > UNUSUAL_STDS * lag.std_s + lag.step_s;
+    let of_others = lags.iter().map(|(.., lag)| lag.std_s).fold(f64::INFINITY, f64::min);
+    let is_far = |lag: &Lag, from: f64| {
+        (lag.value_s - from).abs() > UNUSUAL_STDS * lag.std_s.hypot(of_others) + UNUSUAL_STEPS * lag.step_s
+    };
     let is_odd = |(_, of_run, lag): &(&AlignedRun, &RunLag, Lag)| {
         is_far(lag, middle) || (of_run.meaning == Meaning::Physical && lag.value_s < 0.0 && is_far(lag, 0.0))
     };
