@@ -43,6 +43,8 @@ pub enum Command {
     Predict(Predict),
     /// Write a raw session with known truth and, on demand, known faults
     Rehearse(Rehearse),
+    /// Hold the program to its statistical promises, at length
+    Selftest(Selftest),
     /// List the model catalogue: equations, sources, misprints, check values
     Models(Models),
     /// List the material laws: energies, stresses, constants, check values; and the papers' constants in them
@@ -327,6 +329,36 @@ pub enum Shape {
     Ramp,
     Sine,
     Cycles,
+}
+
+/// Hold the program to its statistical promises, at length.
+///
+/// Sessions are rehearsed with many seeds, read and analysed as any session is; what is promised is compared with what really happened.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval selftest lag\n  pneuval selftest lag --seeds 100 --json\n\nExit codes: 0 every promise holds, 1 some do not."
+)]
+pub struct Selftest {
+    #[command(subcommand)]
+    pub promise: Promise,
+}
+
+/// What is promised.
+#[derive(Subcommand)]
+pub enum Promise {
+    /// Clocks by sync events, and the lag between pressure and motion with and without them
+    Lag(SelftestLag),
+}
+
+/// Clocks by sync events, and the lag between pressure and motion with and without them.
+#[derive(Args)]
+pub struct SelftestLag {
+    /// Sessions of each kind, each with a seed of its own
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    pub seeds: u32,
+    /// Print JSON, in SI units
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// List the model catalogue: equations, sources, misprints, check values.

@@ -1,7 +1,8 @@
 //! From a measured response and a prediction to a comparison, a verdict and a report.
 //!
 //! ```text
-//! published table, session --> Response --.
+//! session --> AlignedRun ---> Response --.
+//! published table ----------> Response --.
 //!                                          >--> Comparison --> Verdict --> results folder --> pages
 //! model, table, printed column -> Prediction'
 //! ```
@@ -9,6 +10,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`study`] | the responses of a dataset or session, and the comparisons asked of them |
+//! | [`align`] | the streams of a run on one time |
 //! | [`response`] | a quantity against gauge pressure, as measured |
 //! | [`prediction`] | what a model, an imported table or a printed column says at those points |
 //! | [`fit`] | calibration of parameters before a comparison |
@@ -28,6 +30,7 @@
 //!
 //! Residual = predicted - measured: positive means that the model is too high.
 
+pub mod align;
 pub mod bounds;
 pub mod compare;
 mod decide;

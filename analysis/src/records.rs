@@ -12,12 +12,15 @@ use pneuval_models::catalogue::{LAWS, find, find_law};
 use pneuval_models::materials::LoadCase;
 
 use crate::AnalysisError;
+use crate::align::{AlignedRun, Estimate, RunLag, StreamClock};
 use crate::compare::errors::of_measured;
-use crate::response::{Branch, Census, IntervalKind, Response, ResponsePoint, TableCensus, Unmet, loop_weights};
+use crate::response::{
+    Branch, Census, IntervalKind, Response, ResponsePoint, TableCensus, Unmet, Unsure, loop_weights,
+};
 use crate::results::{
-    ActuatorRecord, CensusRecord, ChannelRecord, DatasetRecord, FindingRecord, InputRecord, IntervalRecord,
-    ListingRecord, MaterialRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord,
-    TableRecord, WayRecord,
+    ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, DatasetRecord, EstimateRecord, FindingRecord,
+    InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, RunRecord, SessionRecord, Severity,
+    SourceFile, SpanRecord, StatedRecord, TableRecord, WayRecord,
 };
 use crate::study::{Data, Study};
 use crate::uncertainty::pointwise::linear;
@@ -189,6 +192,56 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
         lines_skipped: session.lines_skipped(),
         excluded_share_max: manifest.excluded_share_max,
         responses: responses.collect(),
+        alignments: study
+            .alignment
+            .runs
+            .iter()
+            .flat_map(|run| run.clocks.iter().map(|clock| alignment(run, clock)))
+            .collect(),
+        lags: study.alignment.runs.iter().flat_map(|run| run.lags.iter().map(|of_run| lag(run, of_run))).collect(),
+    }
+}
+
+fn estimate(estimate: Estimate) -> EstimateRecord {
+    let Estimate { value, std, half_width } = estimate;
+    EstimateRecord { value, std, lower: value - half_width, upper: value + half_width }
+}
+
+fn alignment(aligned: &AlignedRun, clock: &StreamClock) -> AlignmentRecord {
+    let title = |stream: usize| aligned.run.streams[stream].title();
+    let fit = clock.fit.as_ref().ok();
+    let start = fit.map(|fit| fit.offset_at(clock.start_s - fit.offset.value));
+    AlignmentRecord {
+        run: aligned.run.id.clone(),
+        table: title(clock.stream),
+        reference: title(clock.reference),
+        events: clock.found.1,
+        events_reference: clock.found.0,
+        events_used: fit.map_or(0, |fit| fit.events),
+        offset_s: fit.map(|fit| estimate(fit.offset)),
+        at_s: fit.map(|fit| fit.on_reference(fit.middle_s)),
+        offset_at_start_s: start.map(estimate),
+        start_s: clock.start_s,
+        drift: fit.and_then(|fit| fit.drift).map(estimate),
+        residual_s: fit.map(|fit| fit.residual_s),
+        inflation: fit.map(|fit| fit.inflation),
+        refused: clock.fit.as_ref().err().cloned(),
+    }
+}
+
+fn lag(aligned: &AlignedRun, of_run: &RunLag) -> LagRecord {
+    let found = of_run.found.as_ref().ok();
+    LagRecord {
+        run: aligned.run.id.clone(),
+        quantity: of_run.quantity.clone(),
+        pressure: of_run.pressure.clone(),
+        channel: of_run.channel.clone(),
+        table: aligned.run.streams[of_run.stream].title(),
+        meaning: of_run.meaning.id().to_owned(),
+        value_s: found.map(|lag| lag.value_s),
+        std_s: found.map(|lag| lag.std_s),
+        correlation: found.map(|lag| lag.correlation),
+        refused: of_run.found.as_ref().err().cloned(),
     }
 }
 
@@ -353,9 +406,14 @@ pub fn findings(study: &Study) -> Vec<FindingRecord> {
     let unmet = study.responses.iter().zip(&study.censuses).flat_map(|(response, census)| {
         census.unmet.iter().map(|unmet| unmet_plateaus(study.id, session, &response.quantity.id, unmet))
     });
+    let unsure = study.responses.iter().zip(&study.censuses).flat_map(|(response, census)| {
+        census.unsure.iter().map(|unsure| unsure_plateaus(study.id, session, &response.quantity.id, unsure))
+    });
+    let of_clocks = study.alignment.findings.iter().map(record);
     let of_readings = study.responses.iter().zip(&study.censuses);
     let of_readings = of_readings.flat_map(|(response, census)| of_readings_of(study.id, session, response, census));
-    session.findings.iter().map(record).chain(unmet).chain(of_readings).collect()
+    let of_session = session.findings.iter().map(record).chain(of_clocks);
+    of_session.chain(unsure).chain(unmet).chain(of_readings).collect()
 }
 
 /// Runs without a zero, and readings at which something still moves.
@@ -393,6 +451,22 @@ fn of_readings_of(study: &str, session: &Session, response: &Response, census: &
         finding(&creep.run, finding::FindingKind::Creeping, Severity::Note, creep.creeping, text)
     });
     untared.chain(creeping).collect()
+}
+
+/// Plateaus that are too short for a lag of which nobody knows whose it is. A run that has no other is lost.
+fn unsure_plateaus(study: &str, session: &Session, quantity: &str, unsure: &Unsure) -> FindingRecord {
+    let spec = session.manifest.runs.iter().find(|run| run.id == unsure.run);
+    let file = spec.and_then(|run| unsure.device.as_ref().map_or(Some(&run.file), |device| run.files.get(device)));
+    FindingRecord {
+        severity: if unsure.unsure == unsure.plateaus { Severity::Lost } else { Severity::Excluded },
+        kind: finding::FindingKind::TotalLag.id().to_owned(),
+        dataset: Some(study.to_owned()),
+        file: file.cloned(),
+        channel: None,
+        count: Some(unsure.unsure),
+        spans: vec![],
+        text: format!("{quantity}, {}", unsure.text()),
+    }
 }
 
 /// Plateaus at which nothing was measured. A run that has no other is lost: do its files count from one clock at all?

@@ -20,9 +20,9 @@ pub use comparisons::{
     PointStatus, Standing, ValidationRecord,
 };
 pub use subjects::{
-    ActuatorRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, InputRecord, IntervalRecord,
-    ListingRecord, MaterialRecord, QuantityRecord, RunRecord, SessionRecord, SourceFile, StatedRecord, TableRecord,
-    WayRecord,
+    ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, EstimateRecord,
+    InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, QuantityRecord, RunRecord, SessionRecord,
+    SourceFile, StatedRecord, TableRecord, WayRecord,
 };
 
 /// Version of the layout of `results.json`.

@@ -211,8 +211,9 @@ impl<'a> Export<'a> {
             self.left_out.push(LeftOut::new(format!("points of {}", self.study.id), why.to_owned()));
         }
         let mut topics = BTreeSet::new();
-        for run in &session.runs {
-            let (samples, told) = samples::of_run(self, session, run);
+        for aligned in &self.study.alignment.runs {
+            let run = aligned.run;
+            let (samples, told) = samples::of_run(self, session, aligned);
             for left in told {
                 self.leave_out(left);
             }

@@ -9,9 +9,10 @@ mod session;
 mod stations;
 mod way;
 
-pub use census::{Census, Creep, TableCensus, Unmet};
+pub use census::{Census, Creep, TableCensus, Unmet, Unsure};
 pub use drift::Drift;
 pub use hysteresis::loop_weights;
+pub(crate) use plateaus::GAP_STEPS;
 pub use session::{POINTS_MAX, without_rounding};
 pub use way::Branch;
 

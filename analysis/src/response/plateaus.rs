@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use pneuval_ingest::finding::median_step;
 
 /// A step of time longer than so many usual ones ends a stretch: nobody knows what happened in it.
-const GAP_STEPS: f64 = 5.0;
+pub(crate) const GAP_STEPS: f64 = 5.0;
 
 /// So many median deviations from the median, 4 standard deviations of normal noise, a sample is on its way elsewhere.
 const MOVING_DEVIATIONS: f64 = 6.0;
@@ -16,6 +16,15 @@ const STAMP_ROUNDINGS: f64 = 4.0;
 /// What rounding leaves open of a difference of two stamps of this size, in s.
 pub(super) fn rounding_s(stamp_s: f64) -> f64 {
     STAMP_ROUNDINGS * f64::EPSILON * stamp_s.abs()
+}
+
+/// A stretch of steady pressure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plateau {
+    /// The stamp of its first sample, in s.
+    pub from_s: f64,
+    /// The samples of its window, which end it.
+    pub window: Vec<usize>,
 }
 
 /// The ends of stretches in which every channel stays within its tolerance of the middle of its range for long enough.
@@ -30,7 +39,7 @@ pub fn plateaus(
     steady: &[(&[f64], f64)],
     hold_s: f64,
     window_s: f64,
-) -> Vec<Vec<usize>> {
+) -> Vec<Plateau> {
     let stamps: Vec<f64> = usable.iter().map(|&i| seconds[i]).collect();
     let longest_step = median_step(&stamps).map_or(f64::INFINITY, |step| GAP_STEPS * step);
     let largest = stamps.iter().fold(hold_s, |most, stamp| most.max(stamp.abs()));
@@ -61,7 +70,8 @@ pub fn plateaus(
         if end - start > 1 && last - stamps[start] >= hold_s - slack {
             let from = |last: f64| start + stamps[start..end].partition_point(|stamp| *stamp < last - window_s - slack);
             let stands = still(usable, steady, from(last), end);
-            found.push(usable[from(stamps[stands - 1])..stands].to_vec());
+            let window = usable[from(stamps[stands - 1])..stands].to_vec();
+            found.push(Plateau { from_s: stamps[start], window });
             start = end;
             ranges.iter_mut().for_each(Range::clear);
         } else if broken || end == usable.len() {
@@ -172,8 +182,9 @@ mod tests {
         let usable: Vec<usize> = (0..=40).collect();
         let found = plateaus(&usable, &seconds, &[(&pressure, 100.0)], 0.9, 0.5);
         assert_eq!(found.len(), 2);
-        assert_eq!((found[0].first(), found[0].last()), (Some(&5), Some(&10)));
-        assert_eq!((found[1].first(), found[1].last()), (Some(&35), Some(&40)));
+        assert!(found[0].from_s.abs() < 1e-12 && (found[1].from_s - 2.0).abs() < 0.11, "{found:?}");
+        assert_eq!((found[0].window.first(), found[0].window.last()), (Some(&5), Some(&10)));
+        assert_eq!((found[1].window.first(), found[1].window.last()), (Some(&35), Some(&40)));
         assert!(plateaus(&usable, &seconds, &[(&pressure, 100.0)], 5.0, 0.5).is_empty());
     }
 
@@ -185,7 +196,7 @@ mod tests {
         let usable: Vec<usize> = (0..100).collect();
         let found = plateaus(&usable, &seconds, &[(&pressure, 10.0)], 0.4, 0.2);
         assert_eq!(found.len(), 20);
-        assert!(found.iter().all(|rows| rows.len() == 3), "{found:?}");
+        assert!(found.iter().all(|plateau| plateau.window.len() == 3), "{found:?}");
     }
 
     #[test]
@@ -195,7 +206,7 @@ mod tests {
         let pressure: Vec<f64> = (0..60).map(|i| 1e4 * f64::from(i / 20)).collect();
         let usable: Vec<usize> = (0..60).collect();
         let found = plateaus(&usable, &seconds, &[(&pressure, 100.0)], 1.9, 0.5);
-        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [6, 6, 6]);
+        assert_eq!(found.iter().map(|plateau| plateau.window.len()).collect::<Vec<_>>(), [6, 6, 6]);
         assert!(plateaus(&usable, &seconds, &[(&pressure, 100.0)], 2.0, 0.5).is_empty());
     }
 

@@ -18,6 +18,7 @@ use super::drift::{drift, mean_reading};
 use super::readings::{Needed, Reading};
 use super::stations::{Placed, Repeats, is_apart, place, stations};
 use super::{InstrumentError, IntervalKind, Response, ResponsePoint, Target};
+use crate::align::AlignedRun;
 use crate::uncertainty::coverage::half_width;
 use crate::verdict::Basis;
 
@@ -39,13 +40,17 @@ const CREEP_SHARE: f64 = 0.01;
 const CREEP_STDS: f64 = 4.0;
 
 impl Response {
-    /// The response that a session declares, and what became of its samples.
+    /// The response that a session declares, from its runs as they were aligned, and what became of its samples.
     ///
     /// # Errors
     /// The number of readings, if they are more than [`POINTS_MAX`] per run.
-    pub fn from_session(session: &Session, spec: &ResponseSpec) -> Result<(Self, Census), usize> {
+    pub fn from_session(
+        session: &Session,
+        aligned: &[AlignedRun],
+        spec: &ResponseSpec,
+    ) -> Result<(Self, Census), usize> {
         let (names, runs): (Vec<&str>, Vec<Needed>) =
-            session.runs.iter().filter_map(|run| Some((run.id.as_str(), Needed::of(session, run, spec)?))).unzip();
+            aligned.iter().filter_map(|aligned| Some((aligned.run.id.as_str(), Needed::of(aligned, spec)?))).unzip();
         let mut census = Census::default();
         for needed in &runs {
             needed.count(&mut census);

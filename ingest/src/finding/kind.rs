@@ -135,6 +135,16 @@ kinds! {
     Untared = "untared",
     /// What is measured still moves while it is averaged.
     Creeping = "creeping",
+    /// Events that several devices recorded and that do not agree as well as each of them is known.
+    SyncMismatch = "sync-mismatch",
+    /// A run in which the clocks of several devices cannot be set against each other.
+    ClockUnaligned = "clock-unaligned",
+    /// One event only: the clock's offset is known, what it gains is not.
+    DriftUnknown = "drift-unknown",
+    /// Between pressure and motion there is a lag, and nobody says whether it is that of a clock or that of the specimen.
+    TotalLag = "total-lag",
+    /// The lag of one run is far from that of the others.
+    UnusualLag = "unusual-lag",
     /// A clock without a date, in a file whose other clocks have one.
     NoDate = "no-date",
 }

@@ -6,7 +6,10 @@ use pneuval_ingest::units::Unit;
 
 use super::budget;
 use crate::format;
-use crate::results::{CensusRecord, ChannelRecord, Comparison, DatasetRecord, MaterialRecord, RunRecord, TableRecord};
+use crate::results::{
+    AlignmentRecord, CensusRecord, ChannelRecord, Comparison, DatasetRecord, EstimateRecord, LagRecord, MaterialRecord,
+    RunRecord, TableRecord,
+};
 
 /// A session.
 #[derive(Serialize)]
@@ -20,6 +23,33 @@ pub struct SessionView {
     pub census: Vec<String>,
     /// What is known of branches, cycles and repeats.
     pub ways: Vec<String>,
+    pub clocks: Vec<ClockView>,
+    pub lags: Vec<LagView>,
+}
+
+/// A clock that events set on another.
+#[derive(Serialize)]
+pub struct ClockView {
+    pub run: String,
+    pub table: String,
+    pub reference: String,
+    /// Events used, of those found.
+    pub events: String,
+    pub offset: String,
+    pub at: String,
+    pub drift: String,
+    pub residual: String,
+}
+
+/// The lag of a motion behind a pressure.
+#[derive(Serialize)]
+pub struct LagView {
+    pub run: String,
+    pub motion: String,
+    pub pressure: String,
+    pub lag: String,
+    pub meaning: &'static str,
+    pub correlation: String,
 }
 
 #[derive(Serialize)]
@@ -89,7 +119,51 @@ pub(super) fn session(dataset: &DatasetRecord, comparisons: &[&Comparison]) -> O
         channels: session.channels.iter().map(channel).collect(),
         census: census.collect(),
         ways: session.responses.iter().filter_map(way).collect(),
+        clocks: session.alignments.iter().map(clock).collect(),
+        lags: session.lags.iter().map(lag).collect(),
     })
+}
+
+fn clock(clock: &AlignmentRecord) -> ClockView {
+    let wide = |estimate: &EstimateRecord, factor: f64, unit: &str| {
+        let half = factor * 0.5 * (estimate.upper - estimate.lower);
+        format!("{} ± {} {unit}", format::significant(factor * estimate.value, 6), format::significant(half, 2))
+    };
+    let drift = clock.drift.as_ref().map(|drift| wide(drift, 1e6, "ppm"));
+    let offset = clock.offset_s.as_ref().map(|offset| wide(offset, 1e3, "ms"));
+    let s = |value: Option<f64>| value.map_or(String::new(), |value| format!("{} s", format::short(value)));
+    ClockView {
+        run: clock.run.clone(),
+        table: clock.table.clone(),
+        reference: clock.reference.clone(),
+        events: format!("{} of {}, {}", clock.events_used, clock.events_reference, clock.events),
+        // A clock that was not set says why.
+        offset: offset.or_else(|| clock.refused.clone()).unwrap_or_default(),
+        at: s(clock.at_s.map(|at| (at * 1e3).round() / 1e3)),
+        drift: drift.unwrap_or_else(|| "not known".to_owned()),
+        residual: clock
+            .residual_s
+            .map_or(String::new(), |residual| format!("{} ms", format::significant(1e3 * residual, 2))),
+    }
+}
+
+fn lag(lag: &LagRecord) -> LagView {
+    let found = lag
+        .value_s
+        .zip(lag.std_s)
+        .map(|(value, std)| format!("{} ± {} ms", format::fixed(1e3 * value, 1), format::significant(2e3 * std, 2)));
+    LagView {
+        run: lag.run.clone(),
+        motion: format!("{} of {}", lag.channel, lag.table),
+        pressure: lag.pressure.clone(),
+        lag: found.or_else(|| lag.refused.clone()).unwrap_or_default(),
+        meaning: match lag.meaning.as_str() {
+            "physical" => "of rig and specimen, kept",
+            "clock" => "declared to be the clock's, taken out",
+            _ => "of clocks, rig and specimen in sum, kept",
+        },
+        correlation: lag.correlation.map_or(String::new(), |correlation| format::fixed(correlation, 3)),
+    }
 }
 
 fn run(run: &RunRecord) -> RunView {

@@ -74,6 +74,7 @@ struct RawSpecimen {
     cycles_before: u64,
     spread: Option<Amount>,
     repeat: Option<Amount>,
+    delay: Option<Amount>,
 }
 
 #[derive(Deserialize)]
@@ -335,6 +336,7 @@ impl RawSpecimen {
             cycles_before: self.cycles_before,
             spread: or_none(&self.spread)?,
             repeat: or_none(&self.repeat)?,
+            delay_s: self.delay.as_ref().map_or(Ok(0.0), |delay| delay.not_negative(document, Dimension::Time))?,
         })
     }
 }

@@ -3,6 +3,7 @@
 mod device;
 mod follows;
 mod raw;
+mod sync;
 
 use std::collections::BTreeMap;
 
@@ -13,6 +14,7 @@ pub use follows::Follows;
 use follows::check_follows;
 pub use raw::channel_id;
 use raw::{Raw, responses, runs};
+pub use sync::{LagMeaning, SyncEvent, SyncSpec};
 
 use super::comparison::{Comparable, ComparisonSpec, Quantity, comparisons};
 use super::{check_id, check_schema};
@@ -61,6 +63,10 @@ pub struct SessionManifest {
     pub devices: Vec<DeviceSpec>,
     /// Whether the stamps of all files may be set against each other.
     pub clocks: Clocks,
+    /// Events that several devices recorded.
+    pub syncs: Vec<SyncSpec>,
+    /// What the lag between pressure and motion is, where there are no events.
+    pub lag: LagMeaning,
     /// Channels, in the order of the file.
     pub channels: Vec<ChannelSpec>,
     /// Channels computed from others.
@@ -352,6 +358,8 @@ impl SessionManifest {
             .map(|derived| derived.checked(&document, &mut ids))
             .collect::<Result<Vec<_>, IngestError>>()?;
         device::check_derived(&document, &raw.derived, &channels, &derived)?;
+        let syncs = sync::syncs(&document, &raw.sync, &channels, &derived)?;
+        sync::check_clocks(&document, raw.clocks, raw.lag.as_ref(), &syncs)?;
         let responses = responses(&document, &raw.response, &ids)?;
         let comparable: Vec<Comparable> =
             responses.iter().map(|r| Comparable { quantity: &r.quantity.id, columns: vec![] }).collect();
@@ -373,6 +381,8 @@ impl SessionManifest {
             clock: raw.clock.as_ref().map(|clock| clock.get_ref().checked(&document, clock)).transpose()?,
             devices,
             clocks: raw.clocks,
+            syncs,
+            lag: raw.lag.as_ref().map_or(LagMeaning::Unsaid, |lag| *lag.get_ref()),
             channels,
             derived,
             runs,

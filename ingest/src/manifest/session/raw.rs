@@ -7,6 +7,7 @@ use toml::Spanned;
 
 use super::device::{self, Clocks, DeviceSpec, RawDevice};
 use super::follows::RawFollows;
+use super::sync::{LagMeaning, RawSync};
 use super::{
     Branches, ChannelSpec, ClockSpec, ConditionSpec, Cycles, DerivedRule, DerivedSpec, PointRule, PressureReference,
     ResponseSpec, RunSpec, Specimen, Stamp,
@@ -42,6 +43,9 @@ pub(super) struct Raw {
     pub clock: Option<Spanned<RawClock>>,
     #[serde(default)]
     pub clocks: Clocks,
+    pub lag: Option<Spanned<LagMeaning>>,
+    #[serde(default)]
+    pub sync: Vec<RawSync>,
     #[serde(default)]
     pub device: Vec<RawDevice>,
     #[serde(default)]
