@@ -346,8 +346,21 @@ pub struct Selftest {
 /// What is promised.
 #[derive(Subcommand)]
 pub enum Promise {
+    /// 95 % intervals of metrics: whether they hold the truth, with few repeats and with many
+    Coverage(SelftestCoverage),
     /// Clocks by sync events, and the lag between pressure and motion with and without them
     Lag(SelftestLag),
+}
+
+/// 95 % intervals of metrics: whether they hold the truth, with few repeats and with many.
+#[derive(Args)]
+pub struct SelftestCoverage {
+    /// Sessions of each kind, each with a seed of its own
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    pub seeds: u32,
+    /// Print JSON, in SI units
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Clocks by sync events, and the lag between pressure and motion with and without them.
