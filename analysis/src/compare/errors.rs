@@ -5,7 +5,7 @@ use pneuval_models::catalogue::Parameter;
 
 use super::predict::{Between, Posed};
 use crate::prediction::{Form, Predicted, Predictor, full_pressures, predict_at};
-use crate::response::{Response, ResponsePoint, Target};
+use crate::response::{Repeat, Response, ResponsePoint, Target};
 use crate::results::InputsRecord;
 use crate::study::Study;
 use crate::uncertainty::errors::{Cause, Errors, Source};
@@ -34,7 +34,7 @@ pub(super) fn errors(study: &Study, response: &Response, posed: &Posed) -> (Erro
     let mut inputs = None;
     let zeros = || vec![0.0; response.points.len() * response.quantity.width()];
     let source = |name: &str, cause| Source { name: name.to_owned(), cause };
-    add_repeats(&mut errors, response);
+    add_repeats(&mut errors, response, &|target| slopes(response, posed, target));
     let mut names: Vec<&str> = Vec::new();
     for instrument in &response.instruments {
         if !names.contains(&instrument.source.as_str()) {
@@ -152,8 +152,19 @@ fn add_inputs(
 /// What may move the measured values alone: repeats and the instruments that read them.
 pub(crate) fn of_measured(response: &Response) -> Errors {
     let mut errors = Errors { repeats: fewest(response), ..Errors::default() };
-    add_repeats(&mut errors, response);
     let width = response.quantity.width();
+    let measured: Vec<Predicted> =
+        response.points.iter().map(|p| p.measured.clone().map_or(Predicted::NotPrinted, Predicted::Value)).collect();
+    let slopes = |target| -> Vec<f64> {
+        let places = (0..response.points.len()).flat_map(|i| (0..width).map(move |c| (i, c)));
+        places.map(|(i, c)| of_neighbours(response, &measured, i, target, c).unwrap_or(0.0)).collect()
+    };
+    // What was read at another pressure is another value at this one.
+    let scatter = scatters(response, &slopes).into_iter().map(|(measured, by_state)| {
+        let zeros = vec![0.0; measured.len()];
+        (measured.iter().zip(by_state).map(|(m, by)| m - by).collect(), zeros)
+    });
+    errors.add(Source { name: "repeats".to_owned(), cause: Cause::Repeats }, scatter);
     for instrument in &response.instruments {
         let Target::Component(component) = instrument.target else { continue };
         let mut moved = vec![0.0; response.points.len() * width];
@@ -168,28 +179,49 @@ fn fewest(response: &Response) -> usize {
     response.points.iter().filter(|p| !p.is_apart).map(|p| p.repeats.len()).min().unwrap_or(0)
 }
 
-fn add_repeats(errors: &mut Errors, response: &Response) {
-    let zeros = || vec![0.0; response.points.len() * response.quantity.width()];
-    let scatter = (0..response.repeats.len()).map(|repeat| (scatter(response, repeat), zeros()));
+fn add_repeats(errors: &mut Errors, response: &Response, slopes: &dyn Fn(Target) -> Vec<f64>) {
     let n = response.points.iter().map(|p| p.repeats.len()).max().unwrap_or(0);
-    errors.add(Source { name: format!("{n} repeats"), cause: Cause::Repeats }, scatter);
+    errors.add(Source { name: format!("{n} repeats"), cause: Cause::Repeats }, scatters(response, slopes));
 }
 
-/// What a repeat adds to the mean of its points: over all repeats the squares sum up to the variance of the mean.
-fn scatter(response: &Response, repeat: usize) -> Vec<f64> {
+/// What each repeat adds to the mean of its points: over all repeats the squares sum up to the variance of the mean. Repeats
+/// differ in the pressures at which they read, too, and by the slope of the prediction in what is predicted for them.
+fn scatters(response: &Response, slopes: &dyn Fn(Target) -> Vec<f64>) -> Vec<(Vec<f64>, Vec<f64>)> {
     let width = response.quantity.width();
-    let of = |point: &ResponsePoint| -> Vec<f64> {
-        let n = point.repeats.len() as f64;
-        let here = point.repeats.iter().find(|(index, _)| *index == repeat);
-        match (here, &point.measured) {
-            (Some((_, values)), Some(mean)) if point.repeats.len() >= 2 => {
-                let scale = (n * (n - 1.0)).sqrt();
-                values.iter().zip(mean).map(|(v, mean)| (v - mean.si) / scale).collect()
+    let of_chambers: Vec<Vec<f64>> = (0..response.chambers.len()).map(|c| slopes(Target::Pressure(c))).collect();
+    let of_conditions: Vec<Vec<f64>> = (0..response.conditions.len()).map(|c| slopes(Target::Condition(c))).collect();
+    let of = |repeat: usize| {
+        let mut moved = (Vec::new(), Vec::new());
+        for (i, point) in response.points.iter().enumerate() {
+            let n = point.repeats.len() as f64;
+            let here = point.repeats.iter().find(|r| r.index == repeat).filter(|_| point.repeats.len() >= 2);
+            let (Some(here), Some(mean)) = (here, &point.measured) else {
+                moved.0.extend(vec![0.0; width]);
+                moved.1.extend(vec![0.0; width]);
+                continue;
+            };
+            let scale = (n * (n - 1.0)).sqrt();
+            // The mean over the repeats: that of the point is over all readings, of which a repeat may have more than another.
+            let middle = |of: &dyn Fn(&Repeat) -> f64| point.repeats.iter().map(of).sum::<f64>() / n;
+            for component in 0..width {
+                moved.0.push((here.measured[component] - mean[component].si) / scale);
+                let at = i * width + component;
+                let by_pressure: f64 = of_chambers
+                    .iter()
+                    .enumerate()
+                    .map(|(c, slope)| slope[at] * (here.pressures_gauge_pa[c] - middle(&|r| r.pressures_gauge_pa[c])))
+                    .sum();
+                let by_condition: f64 = of_conditions
+                    .iter()
+                    .enumerate()
+                    .map(|(c, slope)| slope[at] * (here.conditions[c] - middle(&|r| r.conditions[c])))
+                    .sum();
+                moved.1.push((by_pressure + by_condition) / scale);
             }
-            _ => vec![0.0; width],
         }
+        moved
     };
-    response.points.iter().flat_map(of).collect()
+    (0..response.repeats.len()).map(of).collect()
 }
 
 /// Adds what an instrument that is off by one standard uncertainty moves.
@@ -200,7 +232,7 @@ fn add_instrument(moved: &mut (Vec<f64>, Vec<f64>), response: &Response, posed: 
             moved.0.iter_mut().skip(component).step_by(width).for_each(|value| *value += std);
         }
         Target::Pressure(_) | Target::Condition(_) => {
-            let slopes = slopes(response, posed, target, std);
+            let slopes = slopes(response, posed, target);
             moved.1.iter_mut().zip(slopes).for_each(|(value, slope)| *value += slope * std);
         }
     }
@@ -215,15 +247,14 @@ fn number(predicted: &Predicted, component: usize) -> Option<f64> {
 }
 
 /// The slope of the prediction over a pressure or condition, at each point and component: by the form itself, else between its neighbours.
-fn slopes(response: &Response, posed: &Posed, target: Target, std: f64) -> Vec<f64> {
+fn slopes(response: &Response, posed: &Posed, target: Target) -> Vec<f64> {
     let width = response.quantity.width();
     let full = full_pressures(&response.pressures());
     let at = &posed.prediction.at;
     let mut slopes = Vec::with_capacity(response.points.len() * width);
     for (i, point) in response.points.iter().enumerate() {
         for component in 0..width {
-            let of_form =
-                posed.between.predictor().ok().and_then(|p| of_predictor(p, point, target, &full, std, component));
+            let of_form = posed.between.predictor().ok().and_then(|p| of_predictor(p, point, target, &full, component));
             slopes.push(of_form.or_else(|| of_neighbours(response, at, i, target, component)).unwrap_or(0.0));
         }
     }
@@ -235,7 +266,6 @@ fn of_predictor(
     point: &ResponsePoint,
     target: Target,
     full: &[f64],
-    std: f64,
     component: usize,
 ) -> Option<f64> {
     let conditions: Vec<f64> = point.conditions.iter().map(|c| c.si).collect();
@@ -253,7 +283,10 @@ fn of_predictor(
         Target::Condition(index) => conditions.get(index).copied().unwrap_or(0.0).abs(),
         Target::Component(_) => 0.0,
     };
-    let step = std.max(SLOPE_SHARE * scale);
+    let step = SLOPE_SHARE * scale;
+    if step <= 0.0 {
+        return None;
+    }
     // At an end of the form one side is all there is.
     let (below, here, above) = (value(-step), value(0.0), value(step));
     match (below, here, above) {

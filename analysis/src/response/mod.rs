@@ -95,8 +95,21 @@ pub struct ResponsePoint {
     pub branch: Option<Branch>,
     /// It belongs to a cycle that is shown and not compared: the first, beside conditioned ones.
     pub is_apart: bool,
-    /// Index of each repeat behind it, and what it read.
-    pub repeats: Vec<(usize, Vec<f64>)>,
+    /// What each repeat behind it read.
+    pub repeats: Vec<Repeat>,
+}
+
+/// What one repeat read at a point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Repeat {
+    /// Which of the response's repeats.
+    pub index: usize,
+    /// Value of each component.
+    pub measured: Vec<f64>,
+    /// Gauge pressure per chamber, in Pa.
+    pub pressures_gauge_pa: Vec<f64>,
+    /// Value of each condition.
+    pub conditions: Vec<f64>,
 }
 
 /// What the interval of a measured value is.

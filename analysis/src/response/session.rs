@@ -17,7 +17,7 @@ use super::census::{Census, Creep};
 use super::drift::{drift, mean_reading};
 use super::readings::{Needed, Reading};
 use super::stations::{Placed, Repeats, is_apart, place, stations};
-use super::{InstrumentError, IntervalKind, Response, ResponsePoint, Target};
+use super::{InstrumentError, IntervalKind, Repeat, Response, ResponsePoint, Target};
 use crate::align::AlignedRun;
 use crate::uncertainty::coverage::half_width;
 use crate::verdict::Basis;
@@ -247,18 +247,23 @@ fn point(
     let first = *whole.first()?;
     let width = first.reading.measured.len();
     // The mean over the cycles of each repeat.
-    let mut sums: Vec<(usize, Vec<f64>, f64)> = Vec::new();
-    for one in &whole {
-        let index = repeats.index(one);
-        let at = sums.iter().position(|(known, ..)| *known == index).unwrap_or(sums.len());
-        if at == sums.len() {
-            sums.push((index, vec![0.0; width], 0.0));
+    let mut indices: Vec<usize> = whole.iter().map(|one| repeats.index(one)).collect();
+    indices.sort_unstable();
+    indices.dedup();
+    let of_repeat = |index: usize| {
+        let here: Vec<&Reading> = whole.iter().filter(|p| repeats.index(p) == index).map(|p| &p.reading).collect();
+        let mean = |of: fn(&Reading) -> &Vec<f64>| -> Vec<f64> {
+            let sum = |i: usize| here.iter().map(|r| of(r)[i]).sum::<f64>();
+            (0..of(here[0]).len()).map(|i| sum(i) / here.len() as f64).collect()
+        };
+        Repeat {
+            index,
+            measured: mean(|r| &r.measured),
+            pressures_gauge_pa: mean(|r| &r.pressures),
+            conditions: mean(|r| &r.conditions),
         }
-        sums[at].1.iter_mut().zip(&one.reading.measured).for_each(|(sum, v)| *sum += v);
-        sums[at].2 += 1.0;
-    }
-    let values: Vec<(usize, Vec<f64>)> =
-        sums.into_iter().map(|(i, sum, n)| (i, sum.into_iter().map(|s| s / n).collect())).collect();
+    };
+    let values: Vec<Repeat> = indices.into_iter().map(of_repeat).collect();
     let n = values.len();
     let mean = |of: fn(&Reading) -> &Vec<f64>| -> Vec<f64> {
         let sum = |i: usize| whole.iter().map(|p| of(&p.reading)[i]).sum::<f64>();
@@ -267,8 +272,8 @@ fn point(
     let instrument = |i: usize| std_si.get(i).copied().flatten();
     let measured: Vec<Printed> = (0..width)
         .map(|i| {
-            let mean = values.iter().map(|(_, v)| v[i]).sum::<f64>() / n as f64;
-            let squares: f64 = values.iter().map(|(_, v)| (v[i] - mean).powi(2)).sum();
+            let mean = values.iter().map(|r| r.measured[i]).sum::<f64>() / n as f64;
+            let squares: f64 = values.iter().map(|r| (r.measured[i] - mean).powi(2)).sum();
             let scatter = if n < 2 { 0.0 } else { squares / ((n - 1) * n) as f64 };
             let half_width_si = half_width(scatter, instrument(i).unwrap_or(0.0).powi(2), n);
             // Beyond what a double can hold nothing is known: not a number, which is never judged.
