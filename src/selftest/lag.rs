@@ -110,7 +110,7 @@ fn test(seeds: u32) -> Result<Told, Failure> {
 
 fn trial(seed: u32) -> Result<Trial, Failure> {
     let files = rehearsed(PLAN, seed)?;
-    let session = load(&files, |text| text.to_owned())?;
+    let session = load(&files, str::to_owned)?;
     let aligned = Alignment::of(&session)?;
     let unsaid = |files: &BTreeMap<String, Arc<[u8]>>| load(files, without_events);
     let session_without = unsaid(&files)?;
@@ -308,7 +308,7 @@ fn text(told: &Told) -> String {
     let mut out = String::new();
     for mut table in [rows, lags, rest] {
         table::fit(&mut table);
-        out += &format!("{}\n\n", table.trim_fmt());
+        out.extend([table.trim_fmt().as_str(), "\n\n"]);
     }
     let verdict = if told.broken.is_empty() {
         format!("Every promise holds over {} seeds", told.seeds)

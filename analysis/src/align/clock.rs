@@ -11,6 +11,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::events::Event;
+use super::lag::count;
 
 /// The share of the intervals.
 const COVERAGE: f64 = 0.95;
@@ -205,7 +206,7 @@ pub fn half_width_of_sum(even: &[f64], std: f64) -> f64 {
             if place >= last {
                 return sums[GRID - 1] + (place - last) * step;
             }
-            let (i, part) = (place.floor() as usize, place.fract());
+            let (i, part) = (count(place), place.fract());
             sums[i] + step * part * (below[i] + 0.5 * part * (below[i + 1] - below[i]))
         };
         let wider: Vec<f64> = (0..GRID).map(|i| (area(at(i) + half) - area(at(i) - half)) / (2.0 * half)).collect();

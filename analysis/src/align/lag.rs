@@ -98,7 +98,7 @@ pub fn lag(pressure: Signal, motion: Signal) -> Result<Lag, String> {
     let fine = slower.max(span / FINE);
     let coarse = fine.max(span / COARSE);
     let grid = |step_s: f64| {
-        let points = (span / step_s).floor() as usize + 1;
+        let points = count(span / step_s) + 1;
         let on = |samples: &Samples| samples.resampled(from, step_s, points);
         Ok::<_, String>(Pair {
             pressure: centred(on(&pressure), "pressure")?,
@@ -107,7 +107,7 @@ pub fn lag(pressure: Signal, motion: Signal) -> Result<Lag, String> {
         })
     };
     let pair = grid(coarse)?;
-    let most = (range_s / coarse).floor() as i64;
+    let most = nearest((range_s / coarse).floor());
     let all: Vec<(i64, f64)> = (-most..=most).filter_map(|k| Some((k, pair.correlation(k)?))).collect();
     let Some(&(best, peak)) = all.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
         return Err("no two samples of both stand in the same stretch".to_owned());
@@ -130,8 +130,8 @@ pub fn lag(pressure: Signal, motion: Signal) -> Result<Lag, String> {
     }
     let (pair, start) = if coarse > fine {
         let pair = grid(fine)?;
-        let middle = (best as f64 * coarse / fine).round() as i64;
-        let reach = (2.0 * coarse / fine).ceil() as i64;
+        let middle = nearest(best as f64 * coarse / fine);
+        let reach = nearest((2.0 * coarse / fine).ceil());
         let near = (middle - reach..=middle + reach).filter_map(|k| Some((k, pair.correlation(k)?.abs())));
         let best = near.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(middle, |(k, _)| k);
         (pair, best)
@@ -139,7 +139,7 @@ pub fn lag(pressure: Signal, motion: Signal) -> Result<Lag, String> {
         (pair, best)
     };
     let (steps, std_steps) = pair.fitted(start as f64).ok_or("the pressure hardly moves where both were recorded")?;
-    let correlation = pair.correlation(steps.round() as i64).unwrap_or(peak);
+    let correlation = pair.correlation(nearest(steps)).unwrap_or(peak);
     Ok(Lag {
         value_s: steps * pair.step_s,
         std_s: (std_steps * pair.step_s).hypot(RESAMPLING * pair.step_s),
@@ -147,6 +147,18 @@ pub fn lag(pressure: Signal, motion: Signal) -> Result<Lag, String> {
         range_s,
         step_s: slower,
     })
+}
+
+/// Whole steps; grids have far fewer points than this allows.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the range of both")]
+pub(super) fn count(steps: f64) -> usize {
+    steps.floor().clamp(0.0, 1e9) as usize
+}
+
+/// The nearest whole number of steps, either way.
+#[expect(clippy::cast_possible_truncation, reason = "within the range of both")]
+fn nearest(steps: f64) -> i64 {
+    steps.round().clamp(-1e9, 1e9) as i64
 }
 
 /// Another top that is nearly as high, across a valley.
@@ -232,7 +244,9 @@ fn centred(mut values: Vec<f64>, what: &str) -> Result<Vec<f64>, String> {
         return Err(format!("the {what} is constant"));
     }
     let mean = finite().sum::<f64>() / n as f64;
-    values.iter_mut().for_each(|v| *v -= mean);
+    for value in &mut values {
+        *value -= mean;
+    }
     Ok(values)
 }
 
@@ -287,7 +301,7 @@ impl Pair {
         if i < 1.0 || i + 2.0 >= self.pressure.len() as f64 {
             return None;
         }
-        let i = i as usize;
+        let i = count(i);
         let [a, b, c, d] = [self.pressure[i - 1], self.pressure[i], self.pressure[i + 1], self.pressure[i + 2]];
         let (k1, k2, k3) = (0.5 * (c - a), a - 2.5 * b + 2.0 * c - 0.5 * d, 0.5 * (d - a) + 1.5 * (b - c));
         let value = b + u * (k1 + u * (k2 + u * k3));
@@ -311,7 +325,9 @@ impl Pair {
             let n = rows.len() as f64;
             for column in 0..4 {
                 let mean = rows.iter().map(|row| row[column]).sum::<f64>() / n;
-                rows.iter_mut().for_each(|row| row[column] -= mean);
+                for row in &mut rows {
+                    row[column] -= mean;
+                }
             }
             let pressure = dot(&rows, 1, 1);
             let motion = dot(&rows, 3, 3);
@@ -344,7 +360,9 @@ fn without(rows: &mut [[f64; 4]], column: usize) -> Option<[f64; 4]> {
     let mut factors = [0.0; 4];
     for other in column + 1..4 {
         factors[other] = dot(rows, column, other) / size;
-        rows.iter_mut().for_each(|row| row[other] -= factors[other] * row[column]);
+        for row in &mut *rows {
+            row[other] -= factors[other] * row[column];
+        }
     }
     Some(factors)
 }
@@ -353,7 +371,7 @@ fn without(rows: &mut [[f64; 4]], column: usize) -> Option<[f64; 4]> {
 /// the usual rule asks for, 4 (n/100)^(2/9), and at least the width of the local lines.
 fn long_run(terms: &[f64]) -> f64 {
     let n = terms.len() as f64;
-    let reach = (4.0 * (n / 100.0).powf(2.0 / 9.0)).ceil().max(4.0 * LINE_STEPS) as usize;
+    let reach = count((4.0 * (n / 100.0).powf(2.0 / 9.0)).ceil().max(4.0 * LINE_STEPS));
     let product = |k: usize| terms.iter().zip(terms.iter().skip(k)).map(|(a, b)| a * b).sum::<f64>();
     let neighbours = (1..=reach).map(|k| 2.0 * (1.0 - k as f64 / (reach + 1) as f64) * product(k));
     (product(0) + neighbours.sum::<f64>()).max(0.0)
@@ -379,7 +397,7 @@ mod tests {
     }
 
     fn recorded(rate_hz: f64, phase_s: f64, of: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
-        let seconds: Vec<f64> = (0..(11.0 * rate_hz) as u32).map(|i| phase_s + f64::from(i) / rate_hz).collect();
+        let seconds: Vec<f64> = (0..count(11.0 * rate_hz)).map(|i| phase_s + i as f64 / rate_hz).collect();
         let values = seconds.iter().map(|t| of(*t)).collect();
         (seconds, values)
     }

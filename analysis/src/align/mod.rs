@@ -319,6 +319,9 @@ impl Lag {
     }
 }
 
+/// A lag that was found in a run.
+type FoundLag<'r> = (&'r AlignedRun<'r>, &'r RunLag, Lag);
+
 /// Events of a stream, paired with those of the reference.
 #[derive(Default)]
 struct Paired {
@@ -454,7 +457,7 @@ impl<'a> Alignment<'a> {
 
     /// What is odd about the lags of a response, table by table.
     fn tell_lags(&mut self, manifest: &SessionManifest, spec: &ResponseSpec) {
-        let mut of_tables: BTreeMap<(String, &str), Vec<(&AlignedRun, &RunLag, Lag)>> = BTreeMap::new();
+        let mut of_tables: BTreeMap<(String, &str), Vec<FoundLag>> = BTreeMap::new();
         for aligned in &self.runs {
             for of_run in aligned.lags.iter().filter(|of_run| of_run.quantity == spec.quantity.id) {
                 if let Ok(found) = of_run.found {
@@ -531,7 +534,7 @@ impl AlignedRun<'_> {
 }
 
 /// Runs whose lag is far from that of the others, or that lead: the first of them, how many, and words.
-fn unusual(lags: &[(&AlignedRun, &RunLag, Lag)]) -> Option<(usize, usize, String)> {
+fn unusual(lags: &[FoundLag]) -> Option<(usize, usize, String)> {
     let mut values: Vec<f64> = lags.iter().map(|(.., lag)| lag.value_s).collect();
     values.sort_by(f64::total_cmp);
     let middle = f64::midpoint(values[(values.len() - 1) / 2], values[values.len() / 2]);
@@ -539,7 +542,7 @@ fn unusual(lags: &[(&AlignedRun, &RunLag, Lag)]) -> Option<(usize, usize, String
     let is_far = |lag: &Lag, from: f64| {
         (lag.value_s - from).abs() > UNUSUAL_STDS * lag.std_s.hypot(of_others) + UNUSUAL_STEPS * lag.step_s
     };
-    let is_odd = |(_, of_run, lag): &(&AlignedRun, &RunLag, Lag)| {
+    let is_odd = |(_, of_run, lag): &FoundLag| {
         is_far(lag, middle) || (of_run.meaning == Meaning::Physical && lag.value_s < 0.0 && is_far(lag, 0.0))
     };
     let odd: Vec<usize> = (0..lags.len()).filter(|&i| is_odd(&lags[i])).collect();

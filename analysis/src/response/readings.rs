@@ -156,7 +156,11 @@ impl<'a> Needed<'a> {
             let Some((&start, &end)) = rows.first().zip(rows.last()) else { continue };
             let stamp = |i: usize| first.seconds.map_or(f64::NAN, |seconds| seconds[i]);
             // A reading that may belong to what was before the plateau is none, of any component.
-            if others.iter_mut().fold(false, |unsure, other| other.is_unsure(from_s, stamp(start)) || unsure) {
+            let mut is_unsure = false;
+            for other in &mut others {
+                is_unsure |= other.is_unsure(from_s, stamp(start));
+            }
+            if is_unsure {
                 continue;
             }
             census.used += rows.iter().filter(|&&i| first.is_whole(i)).count();

@@ -351,6 +351,11 @@ impl Physics<'_> {
         if steps <= 0.0 {
             return;
         }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a plan's delay is a minute at most"
+        )]
         let whole = steps.floor() as usize;
         self.late.push_front(measured.to_vec());
         self.late.truncate(whole + 2);
