@@ -9,7 +9,8 @@
 //!   order statistics (the k-th of B, from zero, is the quantile k / (B - 1)).
 //!
 //! These are the definitions of `scipy.stats.bootstrap(method="BCa")`; both agree but for the random draws. "Equal" leaves room for
-//! rounding: a resample that holds every row once has the mean of the data in another order of addition.
+//! rounding: a resample that holds every row once has the mean of the data in another order of addition. (scipy leaves none, so that
+//! few values with decimals, such as 4.7 and 5.1, may move its ends a little.)
 //!
 //! A row is what is independent of the other rows: a repeat, a cycle, a specimen. Samples of a series are not; their rows are
 //! blocks ([`blocks_of`]), and [`block_length`] says how long. An interval from few rows is too short whatever the method

@@ -69,6 +69,8 @@ kinds! {
     Saturated = "saturated",
     /// A channel that stays on one value within its range, and varies elsewhere.
     Flatline = "flatline",
+    /// A channel that a response needs and that has one value in every sample of the session.
+    Constant = "constant",
     /// A channel that moves over few steps of its grid only.
     Quantised = "quantised",
     /// Bytes that are not those of which the file holds the checksum.

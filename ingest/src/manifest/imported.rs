@@ -107,8 +107,11 @@ impl RawImported {
             let next = "export the model at more pressures: nothing is extrapolated";
             return Err(document.malformed(self.file.span(), "at least two pressures", found, next));
         }
-        if let Some(row) = (1..pressures.len()).find(|&i| pressures[i] <= pressures[i - 1]) {
-            let expected = "pressures that rise from row to row";
+        // From the top down is the same table; the two ends say which way it goes.
+        let falls = pressures.first() > pressures.last();
+        let goes_on = |i: usize| if falls { pressures[i] < pressures[i - 1] } else { pressures[i] > pressures[i - 1] };
+        if let Some(row) = (1..pressures.len()).find(|&i| !goes_on(i)) {
+            let expected = "pressures that rise from row to row, or fall from row to row";
             let next = "sort the rows, and keep one value per pressure: loading or unloading";
             return Err(table.malformed(row, &self.pressure.column, expected, next));
         }
@@ -127,6 +130,16 @@ impl RawImported {
             let name = names.get_ref().names().first().map_or("", String::as_str);
             return Err(table.malformed(row, name, "a standard uncertainty >= 0", "correct it"));
         }
+        let rising = |mut rows: Vec<Vec<f64>>| {
+            if falls {
+                rows.reverse();
+            }
+            rows
+        };
+        let mut pressures = pressures;
+        if falls {
+            pressures.reverse();
+        }
         Ok(ImportedModel {
             title: self.title.clone().unwrap_or_else(|| form.clone()),
             form,
@@ -134,8 +147,8 @@ impl RawImported {
             quantity,
             chamber: check_id(document, &self.pressure.chamber)?,
             pressures_gauge_pa: pressures,
-            values_si,
-            std_si,
+            values_si: rising(values_si),
+            std_si: std_si.map(rising),
             file: FileDigest { name: self.file.get_ref().clone(), sha256: digest::sha256(&bytes) },
         })
     }

@@ -232,7 +232,7 @@ impl Session {
         let runs = whole.into_iter().map(|(_, run)| run).collect();
         findings.append(&mut of_files);
         let files = raws.into_iter().map(|(file, _)| file).collect();
-        let session = Self { manifest, rig, runs, files, findings };
+        let mut session = Self { manifest, rig, runs, files, findings };
         // What a response needs and no file gives: the reason is that of the first file that should.
         let none_has = |id: &str| session.runs.iter().all(|run| !run.channels.contains_key(id));
         let missing = session.manifest.required().into_iter().find(|id| none_has(id));
@@ -246,6 +246,8 @@ impl Session {
         session.check_responses()?;
         session.check_syncs()?;
         session.check_usable()?;
+        let constant = tell::constant(&session);
+        session.findings.extend(constant);
         Ok(session)
     }
 
