@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::TypedValueParser as _;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 const EXIT_CODES: &str = "\
@@ -355,6 +356,9 @@ pub enum Promise {
 /// 95 % intervals of metrics: whether they hold the truth, with few repeats and with many.
 #[derive(Args)]
 pub struct SelftestCoverage {
+    /// Sessions of so many repeats only: 2, 3, 5 or 10
+    #[arg(long, value_name = "N", value_parser = clap::builder::PossibleValuesParser::new(["2", "3", "5", "10"]).map(|n| n.parse::<usize>().unwrap_or_default()))]
+    pub repeats: Option<usize>,
     /// Sessions of each kind, each with a seed of its own
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
     pub seeds: u32,

@@ -234,3 +234,20 @@ fn the_selftest_of_clocks_and_lags_says_what_it_found() {
     assert_eq!((&told["refused_still"], &told["refused_elsewhere"]), (&1.0.into(), &1.0.into()));
     assert!((told["physical_lag_mean_s"].as_f64().unwrap() - 0.15).abs() < 1e-3, "{told}");
 }
+
+#[test]
+fn the_intervals_of_metrics_hold_the_truth_of_a_small_sample() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = pneuval(folder.path(), &["selftest", "coverage", "--repeats", "5", "--seeds", "12", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!((said.code, told["broken"].as_array().unwrap().len()), (0, 0), "{}", said.out);
+    let cells = told["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 16, "two benches, two models, four metrics");
+    for cell in cells {
+        // Of 12 sessions one or two may miss by chance; the truth is no number of the sessions themselves.
+        assert!(
+            cell["covered"].as_f64().unwrap() >= 0.75 && cell["oracle_half_width_si"].as_f64().unwrap() > 0.0,
+            "{cell}"
+        );
+    }
+}

@@ -91,7 +91,7 @@ struct Told {
 }
 
 pub fn run(arguments: &SelftestCoverage) -> Result<Outcome, Failure> {
-    let told = test(arguments.seeds)?;
+    let told = test(arguments.seeds, arguments.repeats)?;
     if arguments.json {
         output::print_json(&told)?;
     } else {
@@ -100,12 +100,12 @@ pub fn run(arguments: &SelftestCoverage) -> Result<Outcome, Failure> {
     Ok(if told.broken.is_empty() { Outcome::Expected } else { Outcome::Differs })
 }
 
-fn test(seeds: u32) -> Result<Told, Failure> {
+fn test(seeds: u32, only: Option<usize>) -> Result<Told, Failure> {
     let mut cells = Vec::new();
     for bench in [Bench::Rig, Bench::Scatter] {
         for model in [Model::Off, Model::Right] {
             let truth = compared(&plan(bench, model, true), 1, 1)?;
-            for repeats in REPEATS {
+            for repeats in REPEATS.into_iter().filter(|n| only.is_none_or(|only| only == *n)) {
                 let plan = plan(bench, model, false);
                 let trials = of_seeds(seeds, &|seed| compared(&plan, seed, repeats))?;
                 cells.extend(METRICS.iter().map(|metric| cell((bench, model, repeats), *metric, &truth, &trials)));

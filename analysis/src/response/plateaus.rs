@@ -7,8 +7,11 @@ use pneuval_ingest::finding::median_step;
 /// A step of time longer than so many usual ones ends a stretch: nobody knows what happened in it.
 pub(crate) const GAP_STEPS: f64 = 5.0;
 
-/// So many median deviations from the median, 4 standard deviations of normal noise, a sample is on its way elsewhere.
-const MOVING_DEVIATIONS: f64 = 6.0;
+/// So many standard deviations of their sum the last samples of a window may be off before they are on their way elsewhere.
+const MOVING: f64 = 2.0;
+
+/// The standard deviation of normal noise over its median absolute deviation.
+const NORMAL_OF_MEDIAN: f64 = 1.482_602_218_505_602;
 
 /// So many steps of a double may lie between two writings of one instant: the roundings of two stamps, and of what is added to them.
 const STAMP_ROUNDINGS: f64 = 4.0;
@@ -90,26 +93,27 @@ pub fn plateaus(
 }
 
 /// Where the end of a stretch still stands: a channel on its way to the next pressure is within the tolerance for a while, and what is
-/// measured may go far in it. From the end, samples further from the median of the window than its noise are left out, and those
-/// before them that lie on the same side: the way to the next pressure begins within the noise. A quarter of the window at most.
+/// measured may go far in it. The way begins within the noise, so it is the sum over the last samples that tells: with m the median of
+/// the window and s its noise, the last k samples are left out for which |Σ (v - m)|/(s √k) is largest, if it is
+/// [`MOVING`] or more; a quarter of the window at most.
 fn still(usable: &[usize], steady: &[(&[f64], f64)], first: usize, end: usize) -> usize {
     let window = &usable[first..end];
-    let limits: Vec<(f64, f64)> = steady
-        .iter()
-        .map(|(values, _)| {
-            let middle = median(window.iter().map(|&i| values[i]).collect());
-            let noise = median(window.iter().map(|&i| (values[i] - middle).abs()).collect());
-            (middle, MOVING_DEVIATIONS * noise)
-        })
-        .collect();
     let least = end - window.len() / 4;
-    let stands = |(values, (middle, limit)): (&[f64], (f64, f64))| {
-        let off = |k: usize| values[usable[k]] - middle;
-        let outside = |k: &usize| off(*k).abs() > limit;
-        let Some(last) = (least..end).rev().take_while(outside).last() else { return end };
-        (least..last).rev().take_while(|&k| off(k) * off(last) > 0.0).last().unwrap_or(last)
+    let stands = |(values, _): &(&[f64], f64)| {
+        let middle = median(window.iter().map(|&i| values[i]).collect());
+        let noise = NORMAL_OF_MEDIAN * median(window.iter().map(|&i| (values[i] - middle).abs()).collect());
+        let (mut sum, mut best) = (0.0, (MOVING, end));
+        for k in (least..end).rev() {
+            sum += values[usable[k]] - middle;
+            let evidence = sum.abs() / (noise * ((end - k) as f64).sqrt());
+            // Without noise every deviation is a movement, and none is none.
+            if evidence >= best.0 {
+                best = (evidence, k);
+            }
+        }
+        best.1
     };
-    steady.iter().map(|(values, _)| *values).zip(limits).map(stands).min().unwrap_or(end)
+    steady.iter().map(stands).min().unwrap_or(end)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
