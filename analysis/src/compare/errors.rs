@@ -203,8 +203,8 @@ fn scatters(response: &Response, slopes: &dyn Fn(Target) -> Vec<f64>) -> Vec<(Ve
             let scale = (n * (n - 1.0)).sqrt();
             // The mean over the repeats: that of the point is over all readings, of which a repeat may have more than another.
             let middle = |of: &dyn Fn(&Repeat) -> f64| point.repeats.iter().map(of).sum::<f64>() / n;
-            for component in 0..width {
-                moved.0.push((here.measured[component] - mean[component].si) / scale);
+            for (component, (value, mean)) in here.measured.iter().zip(mean).enumerate() {
+                moved.0.push((value - mean.si) / scale);
                 let at = i * width + component;
                 let by_pressure: f64 = of_chambers
                     .iter()

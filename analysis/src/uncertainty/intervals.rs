@@ -11,7 +11,7 @@
 //! | mean size, and mean over a value | first order with folded signs, [`pointwise`](super::pointwise) |
 //! | over the range | that of the numerator and of the range, in squares |
 //!
-//! From 20 repeats on the part of the repeats in bias, mean size and RMSE is that of a BCa bootstrap, a repeat being a block:
+//! From 20 repeats on the part of the repeats in bias, mean size and RMSE is that of a `BCa` bootstrap, a repeat being a block:
 //! [`bootstrap`](super::bootstrap). What everything else adds is added to it in squares.
 
 use schemars::JsonSchema;
@@ -43,13 +43,16 @@ pub struct Known {
 pub enum Method {
     /// From variances, with a factor between the normal and Student's.
     Parametric,
-    /// Of the repeats by a BCa bootstrap.
+    /// Of the repeats by a `BCa` bootstrap.
     Bca,
 }
 
 /// Repeats from which a bootstrap is trusted, and how often they are resampled.
 const BCA_REPEATS_MIN: usize = 20;
 const RESAMPLES: usize = 10_000;
+
+/// From the means of the residuals to a metric.
+type Statistic<'a> = Box<dyn Fn(&[f64]) -> f64 + 'a>;
 
 /// Repeats × values × resamples at most: beyond it the parametric interval stays.
 const BCA_WORK_MAX: usize = 300_000_000;
@@ -99,7 +102,7 @@ impl Sample<'_> {
         let blocks = Blocks::new((0..values).map(column).collect()).ok()?;
         let sizes = |e: &[f64]| -> Vec<f64> { e.chunks(width).map(|c| signed_size(c).abs()).collect() };
         let points = self.used.len() as f64;
-        let statistic: Box<dyn Fn(&[f64]) -> f64> = match metric {
+        let statistic: Statistic<'_> = match metric {
             Metric::Bias => Box::new(|e| e.iter().sum::<f64>() / points),
             Metric::Mae => Box::new(|e| sizes(e).iter().sum::<f64>() / points),
             Metric::Rmse => Box::new(|e| (e.iter().map(|e| e * e).sum::<f64>() / points).sqrt()),

@@ -14,7 +14,7 @@ use pneuval_ingest::units::Unit;
 pub struct BudgetTable {
     pub title: String,
     pub rows: Vec<BudgetRow>,
-    /// E, u_val and where they meet, in a sentence.
+    /// E, `u_val` and where they meet, in a sentence.
     pub validation: String,
     /// What became of the model's inputs.
     pub inputs: String,
