@@ -137,8 +137,11 @@ fn plan(bench: Bench, model: Model, quiet: bool) -> String {
     filled.replace("{pressure}", pressure).replace("{angle}", angle)
 }
 
+/// Of each metric, its value and the ends of its interval.
+type Trial = BTreeMap<Metric, (f64, Option<(f64, f64)>)>;
+
 /// A rehearsed session, compared: each metric with its value and its ends.
-fn compared(plan: &str, seed: u32, repeats: usize) -> Result<BTreeMap<Metric, (f64, Option<(f64, f64)>)>, Failure> {
+fn compared(plan: &str, seed: u32, repeats: usize) -> Result<Trial, Failure> {
     let request = Request { seed: u64::from(seed), repeats, ..Request::default() };
     let files = rehearsed(NAME, plan, request)?;
     let session = load(NAME, &files, str::to_owned)?;
@@ -171,8 +174,6 @@ fn actuator(files: &Files) -> Result<Actuator, Failure> {
     };
     Ok(Actuator::read("actuator.toml", bytes, "actuator.toml", &beside)?)
 }
-
-type Trial = BTreeMap<Metric, (f64, Option<(f64, f64)>)>;
 
 fn cell((bench, model, repeats): (Bench, Model, usize), metric: Metric, truth: &Trial, trials: &[Trial]) -> Cell {
     let truth_si = truth.get(&metric).map_or(f64::NAN, |(value, _)| *value);
