@@ -33,7 +33,8 @@ pub struct BudgetRow {
 }
 
 pub(super) fn table(c: &Comparison) -> Option<BudgetTable> {
-    if c.budget.is_empty() {
+    // Of no point nothing is known.
+    if c.budget.is_empty() || c.n_used == 0 {
         return None;
     }
     let unit = c.quantity.unit();
@@ -62,10 +63,10 @@ pub(super) fn table(c: &Comparison) -> Option<BudgetTable> {
             text(v.u_num_si),
             v.within,
             v.values,
-            if v.within == v.values {
-                "these data show no error of the model; it may be off by as much."
-            } else {
-                "at the others the model is off beyond what data and inputs leave open."
+            match v.within {
+                n if n == v.values => "these data show no error of the model; it may be off by as much.",
+                0 => "the model is off beyond what data and inputs leave open.",
+                _ => "at the others the model is off beyond what data and inputs leave open.",
             }
         )
     });
