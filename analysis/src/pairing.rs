@@ -296,7 +296,7 @@ impl Split {
             match &missing {
                 Some(why) if metric != Metric::ResidualAtZero => MetricRecord {
                     undefined: Some(record.undefined.unwrap_or_else(|| why.clone())),
-                    over_predicted_points: record.value,
+                    over_predicted_points: record.uncorrected.or(record.value),
                     single_repeat: grounds.single_repeat,
                     ..MetricRecord::new(metric, Measure::Undefined(""))
                 },

@@ -33,6 +33,7 @@ class Points:
             rows = [p[key] if p[key] is not None else [math.nan] * width for p in points]
             return np.array(rows, dtype=np.float64).reshape(len(points), width)
 
+        self.points = points
         self.n = len(points)
         self.predicted, self.measured = array("predicted"), array("measured")
         self.of_predicted, self.of_measured = array("predicted_half_width"), array("measured_half_width")
@@ -70,6 +71,37 @@ def largest(points):
     return points.residual[np.argmax(points.size)]
 
 
+def loop_area(points, as_share=False):
+    """Area between unloading and loading, predicted - measured: straight lines over the pressures that both branches reach."""
+    usable = [p for p in points.points if p["status"] != "cycle_apart"]
+    settings = {tuple(p["conditions_si"]) for p in points.points}
+    if points.is_position or len(settings) != 1 or any(len(p["pressures_gauge_pa"]) != 1 for p in usable):
+        return None
+    branch = lambda name: sorted((p["pressures_gauge_pa"][0], i) for i, p in enumerate(usable) if p["branch"] == name)
+    up, down = branch("loading"), branch("unloading")
+    if not up or not down:
+        return None
+    if down[-1][0] < up[-1][0]:
+        down.append(up[-1])
+    low, high = max(up[0][0], down[0][0]), up[-1][0]
+    if len(up) < 2 or len(down) < 3 or low >= high:
+        return None
+    used, total = set(), {"predicted": 0.0, "measured": 0.0}
+    for sign, way in ((1.0, down), (-1.0, up)):
+        near = [k for k in range(len(way)) if low <= way[k][0] <= high]
+        near = range(max(near[0] - 1, 0) if way[near[0]][0] > low else near[0], near[-1] + 1)
+        used |= {way[k][1] for k in near}
+        for key in total:
+            if any(usable[way[k][1]][key] is None for k in near):
+                return None
+            x, y = [way[k][0] for k in near], [usable[way[k][1]][key][0] for k in near]
+            grid = np.unique([low, high, *(v for v in x if low < v < high)])
+            total[key] += sign * np.trapezoid(np.interp(grid, x, y), grid)
+    error = total["predicted"] - total["measured"]
+    span = np.ptp([usable[i]["measured"][0] for i in used])
+    return abs(error) / (span * (high - low)) if as_share else error
+
+
 # By id: over the points used. `residual_at_zero` is over the references.
 DEFINITIONS = {
     "bias": lambda p: None if p.is_position else np.mean(p.residual),
@@ -84,6 +116,8 @@ DEFINITIONS = {
     "relative_to_range_rmse": lambda p: p.of_measured_range(p.rmse()),
     "residual_at_zero": largest,
     "r2": r2,
+    "loop_area": loop_area,
+    "loop_area_share": lambda p: loop_area(p, as_share=True),
 }
 
 
@@ -97,23 +131,30 @@ def check_metrics(name, results):
             continue
         of = lambda *status: Points([p for p in comparison["points"] if p["status"] in status])
         used, at_zero = of("used", "not_finite"), of("zero_reference")
+        everything = Points(comparison["points"])
         assert used.n == comparison["n_used"], place
         assert len(comparison["metrics"]) == len({m["metric"] for m in comparison["metrics"]}), place
         for metric in comparison["metrics"]:
             which = metric["metric"]
             assert which in DEFINITIONS, f"{place}: the metric `{which}` is not defined in this script"
-            points = at_zero if which == "residual_at_zero" else used
+            points = at_zero if which == "residual_at_zero" else everything if which.startswith("loop") else used
             expected = DEFINITIONS[which](points) if points.n > 0 else None
             if expected is not None and not math.isfinite(expected):
                 expected = None
             # Where the model has no value at some point, it is shown over the others.
             found = metric["value"] if metric["value"] is not None else metric["over_predicted_points"]
+            # The RMSE of a session is without what the scatter of repeats adds; numpy's is not.
+            if metric["uncorrected"] is not None:
+                assert found <= metric["uncorrected"] * (1 + NEAR), f"{place}: {which} grew by its correction"
+                found = metric["uncorrected"]
             assert (found is None) == (expected is None), f"{place}: {which} is {found}, numpy says {expected}"
             if found is None:
                 assert metric["undefined"], f"{place}: {which} is no number and does not say why"
                 undefined += 1
                 continue
-            scale = max(abs(expected), np.max(points.size))
+            scale = max(abs(expected), np.nanmax(points.size))
+            if which == "loop_area":
+                scale *= max(p["pressures_gauge_pa"][0] for p in points.points)
             # A mean of residuals that cancel is as exact as they are.
             scale = max(scale, 1e-3 * np.max(np.abs(points.measured))) if metric["metric"] == "bias" else scale
             assert abs(found - expected) <= NEAR * scale, f"{place}: {which} is {found}, numpy says {expected}"
