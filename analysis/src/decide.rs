@@ -1,8 +1,8 @@
 //! What measurement would decide an open verdict: from the budget of a metric.
 
 use crate::metrics::{Interval, Metric};
-use crate::results::{BudgetRecord, Comparison};
-use crate::uncertainty::coverage::coverage_factor;
+use crate::results::{BudgetRecord, Comparison, PointStatus};
+use crate::uncertainty::coverage::Variance;
 use crate::uncertainty::errors::Cause;
 
 /// More repeats than these nobody takes.
@@ -25,22 +25,28 @@ pub fn what_would_decide(comparison: &Comparison, metric: Metric, interval: Inte
     if half <= ON_THE_BOUND * interval.half_width() {
         return Some(format!("{said}; what lies on the bound no measurement can decide"));
     }
-    let repeats = budget.iter().find_map(|row| row.degrees_of_freedom).map_or(0, |freedom| freedom + 1);
-    let type_a: f64 =
-        budget.iter().zip(&record.shares).filter(|(row, _)| row.cause == Cause::Repeats).map(|(_, s)| s).sum();
-    let factor = coverage_factor(type_a, 1.0 - type_a, repeats);
-    let total = (interval.half_width() / factor).powi(2);
-    let (a, b) = (type_a * total, (1.0 - type_a) * total);
-    let is_enough = |a: f64, b: f64, n: usize| coverage_factor(a, b, n) * (a + b).sqrt() <= half;
+    let repeats =
+        comparison.points.iter().filter(|p| p.status == PointStatus::Used).map(|p| p.repeats).min().unwrap_or(0);
+    // With so many repeats, and the first source known so many times as well.
+    let variance = |n: usize, times: f64| {
+        let parts = budget.iter().zip(&record.shares).enumerate();
+        parts.fold(Variance::default(), |sum, (i, (row, share))| match row.degrees_of_freedom {
+            Some(freedom) if n != repeats => {
+                let freedom = freedom * (n - 1) / repeats.saturating_sub(1).max(1);
+                sum.with(share * repeats as f64 / n as f64, freedom)
+            }
+            Some(freedom) => sum.with(*share, freedom),
+            None => sum.with(if i == top { share / (times * times) } else { *share }, 0),
+        })
+    };
+    let scale = interval.half_width() / variance(repeats, 1.0).half_width();
+    let is_enough = |n: usize, times: f64| scale * variance(n, times).half_width() <= half;
     if first.cause == Cause::Repeats {
-        let with = |n: usize| is_enough(a * repeats as f64 / n as f64, b, n);
-        if let Some(n) = (repeats + 1..=REPEATS_MAX).find(|n| with(*n)) {
+        if let Some(n) = (repeats + 1..=REPEATS_MAX).find(|n| is_enough(*n, 1.0)) {
             return Some(format!("{said}: about {n} repeats could decide it"));
         }
     } else {
-        let part = share * total;
-        // Known so many times as well.
-        let times = (2..=200).map(|i| f64::from(i) / 2.0).find(|t| is_enough(a, b - part + part / (t * t), repeats));
+        let times = (2..=200).map(|i| f64::from(i) / 2.0).find(|times| is_enough(repeats, *times));
         if let Some(times) = times {
             return Some(format!("{said}: known {times} times as well, it could decide"));
         }

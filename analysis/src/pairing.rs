@@ -6,7 +6,6 @@ use crate::metrics::{self, Interval, LoopArea, Measure, Metric, Pair};
 use crate::prediction::{Predicted, full_pressures, share};
 use crate::response::{IntervalKind, Response, ResponsePoint, loop_weights};
 use crate::results::{BudgetRecord, MetricRecord, Point, PointStatus, ValidationRecord};
-use crate::uncertainty::coverage::half_width;
 use crate::uncertainty::errors::{Cause, Errors, Factor, Source};
 use crate::uncertainty::intervals::{Known, Sample};
 
@@ -171,8 +170,8 @@ fn validation(used: &[Pair], errors: &Errors) -> Option<ValidationRecord> {
         rms(&(0..e.len()).map(of).collect::<Vec<f64>>())
     };
     let within = |i: usize| {
-        let (a, b) = errors.variances(errors.factors.iter().map(|f| moved(f, i)));
-        e[i].abs() <= half_width(a, b, errors.repeats)
+        let moved = errors.factors.iter().map(|f| moved(f, i));
+        e[i].abs() <= errors.variance(moved).half_width()
     };
     let (u_d_si, u_input_si, u_num_si) = (
         std_of(&[Cause::Repeats, Cause::Instrument, Cause::State]),
@@ -202,7 +201,7 @@ fn budget(errors: &Errors) -> Vec<BudgetRecord> {
             source: source.name.clone(),
             cause: source.cause,
             evaluation: source.cause.evaluation().to_owned(),
-            degrees_of_freedom: (source.cause == Cause::Repeats).then(|| errors.repeats.saturating_sub(1)),
+            degrees_of_freedom: errors.freedom(index),
             std_rms_si: if n > 0 { (squares.iter().sum::<f64>() / n as f64).sqrt() } else { 0.0 },
             std_max_si: squares.iter().copied().fold(0.0, f64::max).sqrt(),
         }

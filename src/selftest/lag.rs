@@ -8,26 +8,21 @@
 //!
 //! Everything goes the way of any session: bytes of logs and a `session.toml`, read, checked and aligned.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::thread;
-
 use serde::Serialize;
 
 use pneuval_analysis::align::{Alignment, Lag, Meaning};
-use pneuval_datasets::rehearse::{Rehearsal, Request};
+use pneuval_datasets::rehearse::Request;
 use pneuval_ingest::IngestError;
-use pneuval_ingest::error::Place;
-use pneuval_ingest::manifest::{Rig, SessionManifest};
-use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::session::Session;
 
+use super::bench::{Files, broken, load, of_seeds, rehearsed};
 use crate::cli::SelftestLag;
 use crate::exit::{Failure, Outcome};
 use crate::{output, table};
 
 /// What is rehearsed.
 const PLAN: &str = include_str!("lag.toml");
+const NAME: &str = "selftest/lag.toml";
 
 /// What the plan says: the camera's clock, and the motion's delay.
 const OFFSET_S: f64 = 0.2;
@@ -89,36 +84,21 @@ pub fn run(arguments: &SelftestLag) -> Result<Outcome, Failure> {
     Ok(if told.broken.is_empty() { Outcome::Expected } else { Outcome::Differs })
 }
 
-/// Rehearses every seed, on as many threads as there are cores.
 fn test(seeds: u32) -> Result<Told, Failure> {
-    let workers = thread::available_parallelism().map_or(1, std::num::NonZero::get).min(16);
-    let of_worker = |worker: usize| -> Result<Vec<(u32, Trial)>, Failure> {
-        (1..=seeds).filter(|seed| *seed as usize % workers == worker).map(|seed| Ok((seed, trial(seed)?))).collect()
-    };
-    let mut trials = thread::scope(|scope| {
-        let handles: Vec<_> = (0..workers).map(|worker| scope.spawn(move || of_worker(worker))).collect();
-        let mut all = Vec::new();
-        for handle in handles {
-            // A worker that panics is a defect of this program.
-            all.extend(handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
-        }
-        Ok::<_, Failure>(all)
-    })?;
-    trials.sort_by_key(|(seed, _)| *seed);
-    Ok(told(seeds, &trials.into_iter().map(|(_, trial)| trial).collect::<Vec<_>>()))
+    Ok(told(seeds, &of_seeds(seeds, &trial)?))
 }
 
 fn trial(seed: u32) -> Result<Trial, Failure> {
-    let files = rehearsed(PLAN, seed)?;
-    let session = load(&files, str::to_owned)?;
+    let files = files(PLAN, seed)?;
+    let session = load(NAME, &files, str::to_owned)?;
     let aligned = Alignment::of(&session)?;
-    let unsaid = |files: &BTreeMap<String, Arc<[u8]>>| load(files, without_events);
+    let unsaid = |files: &Files| load(NAME, files, without_events);
     let session_without = unsaid(&files)?;
     let total = Alignment::of(&session_without)?;
     let (run, run_without) = (&aligned.runs[0], &total.runs[0]);
     let clock = run.clocks.first().and_then(|clock| clock.fit.as_ref().ok());
     let Some((fit, drift)) = clock.and_then(|fit| Some((fit, fit.drift?))) else {
-        return Err(broken(&format!("no clock by its events, seed {seed}")).into());
+        return Err(broken(NAME, &format!("no clock by its events, seed {seed}")).into());
     };
     // A stamp of the camera is OFFSET + (1 + DRIFT) t.
     let true_s = |stamp: f64| (stamp - OFFSET_S) / (1.0 + DRIFT);
@@ -142,14 +122,14 @@ fn is_refused(session: &Session) -> bool {
 }
 
 /// A motion that never comes: what the camera sees is noise.
-fn still_motion(seed: u32) -> Result<BTreeMap<String, Arc<[u8]>>, Failure> {
-    rehearsed(&slow(PLAN).replace("levels = { values = [10, 26]", "levels = { values = [0.001, 0.002]"), seed)
+fn still_motion(seed: u32) -> Result<Files, Failure> {
+    files(&slow(PLAN).replace("levels = { values = [10, 26]", "levels = { values = [0.001, 0.002]"), seed)
 }
 
 /// A camera whose clock shows another hour.
-fn elsewhere(seed: u32) -> Result<BTreeMap<String, Arc<[u8]>>, Failure> {
+fn elsewhere(seed: u32) -> Result<Files, Failure> {
     let offset = format!("offset = {{ value = {ELSEWHERE_S}, unit = \"s\" }}");
-    rehearsed(&slow(PLAN).replace("offset = { value = 200, unit = \"ms\" }", &offset), seed)
+    files(&slow(PLAN).replace("offset = { value = 200, unit = \"ms\" }", &offset), seed)
 }
 
 /// The plan with a tenth of the samples: to be refused needs no more.
@@ -158,24 +138,8 @@ fn slow(plan: &str) -> String {
 }
 
 /// The files of a rehearsal with clocks of its own, one run.
-fn rehearsed(plan: &str, seed: u32) -> Result<BTreeMap<String, Arc<[u8]>>, Failure> {
-    let request = Request { seed: u64::from(seed), repeats: 1, own_clocks: true, ..Request::default() };
-    let mut files = BTreeMap::new();
-    Rehearsal::of_text("selftest/lag.toml", plan, request)?.write(&mut |name, bytes| {
-        files.insert(name.to_owned(), Arc::from(bytes));
-        Ok(())
-    })?;
-    Ok(files)
-}
-
-/// The session of these files, its manifest changed.
-fn load(files: &BTreeMap<String, Arc<[u8]>>, change: impl Fn(&str) -> String) -> Result<Session, Failure> {
-    let file = |name: &str| files.get(name).ok_or_else(|| broken(&format!("no {name}")));
-    let text = String::from_utf8_lossy(file("session.toml")?).into_owned();
-    let manifest = SessionManifest::read("session.toml", change(&text).as_bytes())?;
-    let rig = Rig::read("rig.toml", file("rig.toml")?)?;
-    let open = |name: &str| Ok(RawFile::owned(name, Arc::clone(file(name)?)));
-    Ok(Session::load(manifest, Some(rig), &open)?)
+fn files(plan: &str, seed: u32) -> Result<Files, Failure> {
+    rehearsed(NAME, plan, Request { seed: u64::from(seed), repeats: 1, own_clocks: true, ..Request::default() })
 }
 
 /// `session.toml` without its `[[sync]]`.
@@ -183,16 +147,6 @@ fn without_events(text: &str) -> String {
     let (before, rest) = text.split_once("\n[[sync]]\n").unwrap_or((text, ""));
     let behind = rest.split_once("\n[[").map_or("", |(_, behind)| behind);
     format!("{before}\n[[{behind}")
-}
-
-/// The embedded plan is not what this test takes it for.
-fn broken(found: &str) -> IngestError {
-    IngestError::Malformed {
-        place: Place::new("selftest/lag.toml", None, None),
-        expected: "a session of two devices with events".to_owned(),
-        found: found.to_owned(),
-        next: "tell the authors".to_owned(),
-    }
 }
 
 fn told(seeds: u32, trials: &[Trial]) -> Told {

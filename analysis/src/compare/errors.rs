@@ -1,15 +1,16 @@
 //! What may move the values of a session's comparison: repeats, instruments, the model's inputs, numerics.
 
-use pneuval_ingest::manifest::ImportedModel;
+use pneuval_ingest::manifest::{ComparisonSpec, HoldOut, ImportedModel};
 use pneuval_models::catalogue::Parameter;
 
-use super::predict::{Between, Posed};
+use super::predict::{Between, Posed, predict};
 use crate::prediction::{Form, Predicted, Predictor, full_pressures, predict_at};
 use crate::response::{Repeat, Response, ResponsePoint, Target};
 use crate::results::InputsRecord;
 use crate::study::Study;
-use crate::uncertainty::errors::{Cause, Errors, Source};
+use crate::uncertainty::errors::{Cause, Errors, Factor, Source};
 use crate::uncertainty::inputs::{Input, Sampling, Spread, propagate};
+use crate::uncertainty::scatter::scatter;
 
 /// The step over which the slope of a prediction is taken, as a share of the full pressure or of the condition.
 const SLOPE_SHARE: f64 = 1e-3;
@@ -29,12 +30,21 @@ const RECTANGULAR: f64 = 0.577_350_269_189_625_8;
 
 /// Everything that may move the measured and predicted values at the points of a response, and what became of the model's
 /// inputs. The repeats are for whoever picks points to count.
-pub(super) fn errors(study: &Study, response: &Response, posed: &Posed) -> (Errors, Option<InputsRecord>) {
+///
+/// What was fitted to these very values moves with them: every direction goes through the fit. What a parameter scatters by is in
+/// them, and nothing of its own is added.
+pub(super) fn errors(
+    study: &Study,
+    spec: &ComparisonSpec,
+    response: &Response,
+    posed: &Posed,
+) -> (Errors, Option<InputsRecord>) {
     let mut errors = Errors::default();
     let mut inputs = None;
     let zeros = || vec![0.0; response.points.len() * response.quantity.width()];
-    let source = |name: &str, cause| Source { name: name.to_owned(), cause };
-    add_repeats(&mut errors, response, &|target| slopes(response, posed, target));
+    let refit = posed.fit.as_ref().map(|_| Refit { study, spec, response, posed });
+    let may_pool = refit.as_ref().is_none_or(Refit::is_quick);
+    add_scatter(&mut errors, response, scatters(response, &|target| slopes(response, posed, target)), may_pool);
     let mut names: Vec<&str> = Vec::new();
     for instrument in &response.instruments {
         if !names.contains(&instrument.source.as_str()) {
@@ -50,7 +60,10 @@ pub(super) fn errors(study: &Study, response: &Response, posed: &Posed) -> (Erro
             }
             add_instrument(&mut moved, response, posed, instrument.target, instrument.std_si);
         }
-        errors.add(source(name, cause), [moved]);
+        errors.add(Source::new(name, cause), [moved]);
+    }
+    if let Some(refit) = &refit {
+        errors.factors.iter_mut().for_each(|factor| refit.follow(factor));
     }
     let values = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<f64> {
         let width = response.quantity.width();
@@ -62,13 +75,13 @@ pub(super) fn errors(study: &Study, response: &Response, posed: &Posed) -> (Erro
         Between::Imported(model) => {
             let std = |i: usize, c: usize| std_at(model, &response.points[i], c);
             errors.add(
-                source(&format!("std of {}", model.form), Cause::Input),
+                Source::new(format!("std of {}", model.form), Cause::Input),
                 [(zeros(), values(&|i, c, _| std(i, c)))],
             );
         }
         Between::Form(form) => {
             let open = values(&|_, _, v| RECTANGULAR * SOLVER_SHARE * v);
-            errors.add(source("solver and rounding", Cause::Numerical), [(zeros(), open)]);
+            errors.add(Source::new("solver and rounding", Cause::Numerical), [(zeros(), open)]);
             inputs = add_inputs(&mut errors, study, response, posed, form);
         }
         Between::Nothing(_) => {}
@@ -76,7 +89,48 @@ pub(super) fn errors(study: &Study, response: &Response, posed: &Posed) -> (Erro
     (errors, inputs)
 }
 
-/// The inputs of a form with a declared or fitted standard uncertainty, by Monte Carlo: the linear part of each is a direction, and so is
+/// Refits of a calibration beyond which no scatter is pooled: that has a direction for each value.
+const REFITS_MAX: usize = 2000;
+
+/// A calibration that is done again with its data moved.
+struct Refit<'a> {
+    study: &'a Study<'a>,
+    spec: &'a ComparisonSpec,
+    response: &'a Response,
+    posed: &'a Posed<'a>,
+}
+
+impl Refit<'_> {
+    /// Whether it can be done again for every value.
+    fn is_quick(&self) -> bool {
+        let n = self.response.points.len();
+        let folds = if self.spec.fit.as_ref().is_some_and(|fit| fit.hold_out == HoldOut::OnePressure) { n } else { 1 };
+        n * self.response.quantity.width() * folds <= REFITS_MAX
+    }
+
+    /// What a direction does to the predicted values, through the fit too. What it does to the state, by the slope of the
+    /// prediction, is for the fit as if it did the contrary to what was measured.
+    fn follow(&self, factor: &mut Factor) {
+        let width = self.response.quantity.width();
+        let mut moved = self.response.clone();
+        for (i, point) in moved.points.iter_mut().enumerate() {
+            for (c, value) in point.measured.iter_mut().flatten().enumerate() {
+                let at = i * width + c;
+                value.si += factor.measured[at] - factor.predicted[at];
+            }
+        }
+        // A fit that fails so near to one that does not leaves the prediction where it is.
+        let Ok(again) = predict(self.study, self.spec, &moved) else { return };
+        for (at, by) in factor.predicted.iter_mut().enumerate() {
+            let of = |posed: &Posed| number(&posed.prediction.at[at / width], at % width);
+            if let Some((after, before)) = of(&again).zip(of(self.posed)) {
+                *by += after - before;
+            }
+        }
+    }
+}
+
+/// The inputs of a form with a declared standard uncertainty, by Monte Carlo: the linear part of each is a direction, and so is
 /// what is left.
 fn add_inputs(
     errors: &mut Errors,
@@ -86,11 +140,9 @@ fn add_inputs(
     form: &Form,
 ) -> Option<InputsRecord> {
     let declared = &study.input.actuator.values;
-    let fitted = posed.fit.iter().flat_map(|fit| &fit.parameters);
-    let fitted: Vec<(&str, Option<f64>)> = fitted.map(|p| (p.name.as_str(), p.std_si)).collect();
+    let is_fitted = |name: &str| posed.fit.iter().flat_map(|fit| &fit.parameters).any(|p| p.name == name);
     let input = |parameter: &Parameter| {
-        let of_fit = fitted.iter().find(|(name, _)| *name == parameter.name).map(|(_, std)| *std);
-        let std = of_fit.unwrap_or_else(|| declared.get(parameter.name).and_then(|v| v.std_si))?;
+        let std = declared.get(parameter.name).filter(|_| !is_fitted(parameter.name))?.std_si?;
         let mean = form.input(parameter.name)?;
         // A length or a modulus has no other sign; an angle or an offset may.
         let positive = mean > 0.0 && !matches!(parameter.si_unit, "rad" | "1");
@@ -137,10 +189,10 @@ fn add_inputs(
     };
     let zeros = || vec![0.0; response.points.len() * width];
     for (input, linear) in inputs.iter().zip(&spread.linear) {
-        let source = Source { name: input.name.clone(), cause: Cause::Input };
+        let source = Source::new(&input.name, Cause::Input);
         errors.add(source, [(zeros(), scatter(&|k| linear[k]))]);
     }
-    let curved = Source { name: "inputs, beyond their linear part".to_owned(), cause: Cause::Input };
+    let curved = Source::new("inputs, beyond their linear part", Cause::Input);
     errors.add(curved, [(zeros(), scatter(&|k| spread.places[k].remainder))]);
     let problem = (!spread.settled).then(|| {
         format!("the quantiles still moved by {:.2} standard uncertainties at the last doubling", spread.moved)
@@ -164,12 +216,12 @@ pub(crate) fn of_measured(response: &Response) -> Errors {
         let zeros = vec![0.0; measured.len()];
         (measured.iter().zip(by_state).map(|(m, by)| m - by).collect(), zeros)
     });
-    errors.add(Source { name: "repeats".to_owned(), cause: Cause::Repeats }, scatter);
+    add_scatter(&mut errors, response, scatter.collect(), true);
     for instrument in &response.instruments {
         let Target::Component(component) = instrument.target else { continue };
         let mut moved = vec![0.0; response.points.len() * width];
         moved.iter_mut().skip(component).step_by(width).for_each(|value| *value = instrument.std_si);
-        let source = Source { name: instrument.source.clone(), cause: Cause::Instrument };
+        let source = Source::new(&instrument.source, Cause::Instrument);
         errors.add(source, [(moved, vec![0.0; response.points.len() * width])]);
     }
     errors
@@ -179,9 +231,42 @@ fn fewest(response: &Response) -> usize {
     response.points.iter().filter(|p| !p.is_apart).map(|p| p.repeats.len()).min().unwrap_or(0)
 }
 
-fn add_repeats(errors: &mut Errors, response: &Response, slopes: &dyn Fn(Target) -> Vec<f64>) {
+/// The scatter of repeats, each a direction; of few repeats what they have in common, and what is each point's own pooled over points.
+fn add_scatter(errors: &mut Errors, response: &Response, scatters: Vec<(Vec<f64>, Vec<f64>)>, may_pool: bool) {
+    let width = response.quantity.width();
     let n = response.points.iter().map(|p| p.repeats.len()).max().unwrap_or(0);
-    errors.add(Source { name: format!("{n} repeats"), cause: Cause::Repeats }, scatters(response, slopes));
+    let name = format!("{n} repeats");
+    let Some((repeats, places)) = response.read_by_all_repeats().filter(|(repeats, _)| repeats.len() == n) else {
+        errors.add(Source::new(name, Cause::Repeats), scatters);
+        return;
+    };
+    let mean = |at: &usize| response.points[at / width].measured.as_ref().map_or(f64::NAN, |m| m[at % width].si);
+    let means: Vec<f64> = places.iter().map(mean).collect();
+    // Back from what a repeat adds to the mean to its deviation; at equal pressure.
+    let scale = ((n * n.saturating_sub(1)) as f64).sqrt();
+    let at_equal = |of: &(Vec<f64>, Vec<f64>)| places.iter().map(|&i| scale * (of.0[i] - of.1[i])).collect();
+    let deviations: Vec<Vec<f64>> = repeats.iter().filter_map(|&k| scatters.get(k)).map(at_equal).collect();
+    let Some(found) = scatter(&deviations, &means, width).filter(|_| may_pool) else {
+        errors.add(Source::new(name, Cause::Repeats), scatters);
+        return;
+    };
+    let mut common = scatters;
+    for (k, (measured, predicted)) in common.iter_mut().enumerate() {
+        let of = repeats.iter().position(|index| *index == k).and_then(|row| found.common.get(row));
+        for (place, &at) in places.iter().enumerate() {
+            (measured[at], predicted[at]) = (of.map_or(0.0, |of| of[place]), 0.0);
+        }
+    }
+    errors.add(Source::new(name.as_str(), Cause::Repeats), common);
+    let zeros = || vec![0.0; response.points.len() * width];
+    let own = found.own.iter().map(|direction| {
+        let mut moved = zeros();
+        places.iter().zip(direction).for_each(|(&at, by)| moved[at] = *by);
+        (moved, zeros())
+    });
+    let source =
+        Source { pooled: Some(found.freedom), ..Source::new(format!("{name}, point by point"), Cause::Repeats) };
+    errors.add(source, own);
 }
 
 /// What each repeat adds to the mean of its points: over all repeats the squares sum up to the variance of the mean. Repeats

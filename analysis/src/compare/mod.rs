@@ -118,7 +118,7 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     };
     let posed = predict(study, spec, response)?;
     let points = points(response, &posed.prediction.at);
-    let errors = (response.basis == Basis::Session).then(|| errors::errors(study, response, &posed));
+    let errors = (response.basis == Basis::Session).then(|| errors::errors(study, spec, response, &posed));
     let Posed { prediction, fit, .. } = posed;
     let mut comparison = blank(study, &spec.quantity, response, &spec.form);
     comparison.title = spec.title.clone().unwrap_or(prediction.title);

@@ -131,6 +131,19 @@ impl Response {
         point.pressures_gauge_pa.iter().all(|p| p.abs() <= self.zero_within_pa)
     }
 
+    /// The indices of all repeats, and where the values are that every one of them read: component by component, point by point. Not at
+    /// zero pressure, where what is tared scatters less, and not in a cycle apart, which is another state of the specimen.
+    pub fn read_by_all_repeats(&self) -> Option<(Vec<usize>, Vec<usize>)> {
+        let width = self.quantity.width();
+        let indices = |p: &ResponsePoint| -> Vec<usize> { p.repeats.iter().map(|r| r.index).collect() };
+        let is_asked = |p: &ResponsePoint| !p.is_apart && !self.is_zero_reference(p) && p.measured.is_some();
+        let asked = || self.points.iter().enumerate().filter(|(_, p)| is_asked(p));
+        let all = asked().map(|(_, p)| indices(p)).max_by_key(Vec::len)?;
+        let of_point = |i: usize| (0..width).map(move |c| i * width + c);
+        let places = asked().filter(|(_, p)| indices(p) == all).flat_map(|(i, _)| of_point(i)).collect();
+        Some((all, places))
+    }
+
     /// The gauge pressures of every point.
     pub fn pressures(&self) -> Vec<Vec<f64>> {
         self.points.iter().map(|p| p.pressures_gauge_pa.clone()).collect()

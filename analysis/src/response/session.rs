@@ -19,7 +19,8 @@ use super::readings::{Needed, Reading};
 use super::stations::{Placed, Repeats, is_apart, place, stations};
 use super::{InstrumentError, IntervalKind, Repeat, Response, ResponsePoint, Target};
 use crate::align::AlignedRun;
-use crate::uncertainty::coverage::half_width;
+use crate::uncertainty::coverage::Variance;
+use crate::uncertainty::scatter::scatter;
 use crate::verdict::Basis;
 
 /// Points of a response at most: beyond it a log is a trajectory, not a set of steady states.
@@ -97,7 +98,7 @@ impl Response {
         if points.len() > POINTS_MAX {
             return Err(points.len());
         }
-        let response = Self {
+        let mut response = Self {
             quantity: spec.quantity.clone(),
             basis: Basis::Session,
             source: source(session, spec),
@@ -114,6 +115,7 @@ impl Response {
             instruments: instruments(session, spec),
             drift,
         };
+        pool_scatter(&mut response, &std_si);
         Ok((response, census))
     }
 }
@@ -235,6 +237,29 @@ fn cycle_means(placed: &[Placed]) -> Vec<(f64, f64)> {
     found.into_iter().filter(|(.., n)| *n == most).map(|(number, mean, _)| (number, mean)).collect()
 }
 
+/// The intervals of values that few repeats read, by a scatter that is pooled over points where it can be.
+fn pool_scatter(response: &mut Response, std_si: &[Option<f64>]) {
+    let width = response.quantity.width();
+    let Some((repeats, places)) = response.read_by_all_repeats() else { return };
+    let values = |at: usize| response.points[at / width].repeats.iter().map(move |r| r.measured[at % width]);
+    let means: Vec<f64> = places.iter().map(|&at| values(at).sum::<f64>() / repeats.len() as f64).collect();
+    let deviation = |k: usize, at: usize, mean: f64| response.points[at / width].repeats[k].measured[at % width] - mean;
+    let of = |k: usize| places.iter().zip(&means).map(|(&at, mean)| deviation(k, at, *mean)).collect();
+    let deviations: Vec<Vec<f64>> = (0..repeats.len()).map(of).collect();
+    let Some(found) = scatter(&deviations, &means, width) else { return };
+    let variance = |directions: &[Vec<f64>], place: usize| directions.iter().map(|d| d[place] * d[place]).sum::<f64>();
+    for (place, at) in places.into_iter().enumerate() {
+        let known = Variance::new(std_si.get(at % width).copied().flatten().unwrap_or(0.0).powi(2));
+        let (common, own) = (variance(&found.common, place), variance(&found.own, place));
+        let half_width_si = known.with(common, repeats.len() - 1).with(own, found.freedom).half_width();
+        if let Some(values) = response.points[at / width].measured.as_mut()
+            && half_width_si.is_finite()
+        {
+            values[at % width].half_width_si = half_width_si;
+        }
+    }
+}
+
 /// The point of a station; `None` where nothing was measured at it.
 fn point(
     group: &[Placed],
@@ -275,7 +300,8 @@ fn point(
             let mean = values.iter().map(|r| r.measured[i]).sum::<f64>() / n as f64;
             let squares: f64 = values.iter().map(|r| (r.measured[i] - mean).powi(2)).sum();
             let scatter = if n < 2 { 0.0 } else { squares / ((n - 1) * n) as f64 };
-            let half_width_si = half_width(scatter, instrument(i).unwrap_or(0.0).powi(2), n);
+            let known = Variance::new(instrument(i).unwrap_or(0.0).powi(2));
+            let half_width_si = known.with(scatter, n - 1).half_width();
             // Beyond what a double can hold nothing is known: not a number, which is never judged.
             let si = if half_width_si.is_finite() { mean } else { f64::NAN };
             Printed { si, half_width_si }

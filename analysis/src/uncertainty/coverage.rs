@@ -37,28 +37,60 @@ pub fn normal_cdf(x: f64) -> f64 {
     Normal::standard().cdf(x)
 }
 
-/// How many standard uncertainties a 95 % interval reaches, of which the repeats make the share `type_a` / (`type_a` + `type_b`), both
-/// variances. Fewer than two repeats have no scatter: then only `type_b` counts.
+/// A variance, and how well it is known.
+///
+/// Parts that are found from repeats have Student's factor with their own degrees of freedom:
+/// `k² = z² + Σ (t_j² - z²) s_j^(3/2)`, `s_j` the share of each.
 ///
 /// ```
-/// use pneuval_analysis::uncertainty::coverage::coverage_factor;
-/// assert!((coverage_factor(1.0, 0.0, 5) - 2.776_445).abs() < 1e-6);
-/// assert!((coverage_factor(0.0, 1.0, 5) - 1.959_964).abs() < 1e-6);
+/// use pneuval_analysis::uncertainty::coverage::Variance;
+/// assert!((Variance::new(0.0).with(1.0, 4).factor() - 2.776_445).abs() < 1e-6);
+/// assert!((Variance::new(1.0).factor() - 1.959_964).abs() < 1e-6);
 /// ```
-pub fn coverage_factor(type_a: f64, type_b: f64, repeats: usize) -> f64 {
-    let total = type_a + type_b;
-    match student_975(repeats.saturating_sub(1)) {
-        Some(t) if total > 0.0 && type_a > 0.0 => {
-            let share = type_a / total;
-            (Z95 * Z95 + (t * t - Z95 * Z95) * share.powf(SHARE_POWER)).sqrt()
-        }
-        _ => Z95,
-    }
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Variance {
+    total: f64,
+    type_a: f64,
+    /// `Σ (t_j² - z²) V_j^(3/2)`.
+    heavy: f64,
 }
 
-/// Half the width of the 95 % interval of two variances.
-pub fn half_width(type_a: f64, type_b: f64, repeats: usize) -> f64 {
-    coverage_factor(type_a, type_b, repeats) * (type_a + type_b).sqrt()
+impl Variance {
+    /// One that is known.
+    pub fn new(known: f64) -> Self {
+        Self { total: known, ..Self::default() }
+    }
+
+    /// With a part that is found from repeats with so many degrees of freedom; without any it only counts.
+    #[must_use]
+    pub fn with(self, variance: f64, freedom: usize) -> Self {
+        let excess = student_975(freedom).filter(|_| variance > 0.0).map_or(0.0, |t| t * t - Z95 * Z95);
+        Self {
+            total: self.total + variance,
+            type_a: self.type_a + variance,
+            heavy: self.heavy + excess * variance.powf(SHARE_POWER),
+        }
+    }
+
+    /// All of it.
+    pub fn total(self) -> f64 {
+        self.total
+    }
+
+    /// What is found from repeats.
+    pub fn type_a(self) -> f64 {
+        self.type_a
+    }
+
+    /// How many standard uncertainties a 95 % interval reaches.
+    pub fn factor(self) -> f64 {
+        if self.total > 0.0 { (Z95 * Z95 + self.heavy / self.total.powf(SHARE_POWER)).sqrt() } else { Z95 }
+    }
+
+    /// Half the width of the 95 % interval.
+    pub fn half_width(self) -> f64 {
+        self.factor() * self.total.sqrt()
+    }
 }
 
 #[cfg(test)]
@@ -83,7 +115,7 @@ mod tests {
                     let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
                     let type_a = squares / ((repeats - 1) * repeats) as f64;
                     let error = mean + normal();
-                    inside += usize::from(error.abs() <= half_width(type_a, 1.0, repeats));
+                    inside += usize::from(error.abs() <= Variance::new(1.0).with(type_a, repeats - 1).half_width());
                 }
                 let share = f64::from(u32::try_from(inside).unwrap()) / f64::from(trials);
                 // Four standard deviations of the count beside the documented ends.

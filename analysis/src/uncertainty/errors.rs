@@ -8,6 +8,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::coverage::Variance;
+
 /// What kind of cause it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -49,6 +51,15 @@ pub struct Source {
     pub name: String,
     /// Of what kind.
     pub cause: Cause,
+    /// The degrees of freedom of a scatter that is pooled over values; `None`: as many as there are repeats but one, or it is no scatter.
+    pub pooled: Option<usize>,
+}
+
+impl Source {
+    /// A cause that is not pooled.
+    pub fn new(name: impl Into<String>, cause: Cause) -> Self {
+        Self { name: name.into(), cause, pooled: None }
+    }
 }
 
 /// One direction in which values move together.
@@ -99,11 +110,26 @@ impl Errors {
         }
     }
 
-    /// The variances of something that each factor moves by so much: of the repeats, and of everything else.
-    pub fn variances(&self, moved: impl IntoIterator<Item = f64>) -> (f64, f64) {
-        self.factors.iter().zip(moved).fold((0.0, 0.0), |(a, b), (factor, by)| {
-            if self.is_type_a(factor) { (a + by * by, b) } else { (a, b + by * by) }
-        })
+    /// The variance of something that each factor moves by so much.
+    pub fn variance(&self, moved: impl IntoIterator<Item = f64>) -> Variance {
+        let mut known = 0.0;
+        // Factors of one source stand together.
+        let mut scatters: Vec<(usize, f64)> = Vec::new();
+        for (factor, by) in self.factors.iter().zip(moved) {
+            match (self.freedom(factor.source), scatters.last_mut()) {
+                (None, _) => known += by * by,
+                (Some(_), Some((source, sum))) if *source == factor.source => *sum += by * by,
+                (Some(_), _) => scatters.push((factor.source, by * by)),
+            }
+        }
+        let with = |v: Variance, (source, sum)| v.with(sum, self.freedom(source).unwrap_or(0));
+        scatters.into_iter().fold(Variance::new(known), with)
+    }
+
+    /// The degrees of freedom of a source; `None` for one that is known.
+    pub fn freedom(&self, source: usize) -> Option<usize> {
+        let source = self.sources.get(source).filter(|s| s.cause == Cause::Repeats)?;
+        Some(source.pooled.unwrap_or(self.repeats.saturating_sub(1)))
     }
 
     /// The share of each source in a variance.

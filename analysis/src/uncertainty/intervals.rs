@@ -18,7 +18,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bootstrap::{Blocks, bca};
-use super::coverage::half_width;
 use super::errors::{Cause, Errors, Factor};
 use super::pointwise::{Moved, linear};
 use super::quadratic::root_mean_square;
@@ -206,8 +205,8 @@ impl Sample<'_> {
             along(&bases[i], &of[i * width..(i + 1) * width])
         };
         for (i, size) in sizes.iter().enumerate() {
-            let (a, b) = self.errors.variances(self.errors.factors.iter().map(|f| size_by(f, i)));
-            if size.abs() <= half_width(a, b, self.errors.repeats) {
+            let moved = self.errors.factors.iter().map(|f| size_by(f, i));
+            if size.abs() <= self.errors.variance(moved).half_width() {
                 return Known::of(Measure::Undefined(if to_predicted {
                     "a predicted value that may be zero cannot be a denominator"
                 } else {
@@ -236,8 +235,8 @@ impl Sample<'_> {
         };
         let (Some(top), Some(bottom)) = (at(|a, b| a > b), at(|a, b| a < b)) else { return size };
         let range = measured[top] - measured[bottom];
-        let (a, b) = self.errors.variances(self.errors.factors.iter().map(|f| f.measured[top] - f.measured[bottom]));
-        let open = half_width(a, b, self.errors.repeats);
+        let moved = self.errors.factors.iter().map(|f| f.measured[top] - f.measured[bottom]);
+        let open = self.errors.variance(moved).half_width();
         if range <= open {
             return Known::of(Measure::Undefined("the measured values do not span a range"));
         }

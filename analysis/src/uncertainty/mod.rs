@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`errors`] | what moves values, as directions: the covariance and the budget of everything |
+//! | [`scatter`] | what few repeats say of the scatter of their mean |
 //! | [`coverage`] | from standard uncertainties to a 95 % interval, with few repeats |
 //! | [`quadratic`], [`pointwise`] | the interval of a root mean square; of the largest and the mean size |
 //! | [`intervals`] | every metric of a session with its interval |
@@ -17,3 +18,4 @@ pub mod intervals;
 pub mod pointwise;
 pub mod quadratic;
 pub mod random;
+pub mod scatter;

@@ -4,7 +4,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use statrs::function::erf::erf;
 
-use super::coverage::{Z95, coverage_factor, half_width};
+use super::coverage::{Variance, Z95};
 use super::errors::Errors;
 use crate::metrics::Interval;
 
@@ -27,9 +27,8 @@ pub struct Moved {
 }
 
 impl Moved {
-    /// The variances of a value: of the repeats, and of everything else.
-    fn variances(&self, point: usize, errors: &Errors) -> (f64, f64) {
-        errors.variances(self.by.iter().map(|by| by[point]))
+    fn variance(&self, point: usize, errors: &Errors) -> Variance {
+        errors.variance(self.by.iter().map(|by| by[point]))
     }
 
     /// The largest in size, and its interval.
@@ -40,12 +39,7 @@ impl Moved {
     pub fn largest(&self, errors: &Errors) -> Option<(Interval, usize)> {
         let size = |i: usize| self.values[i].abs();
         let top = (0..self.values.len()).max_by(|&a, &b| size(a).total_cmp(&size(b)))?;
-        let std: Vec<f64> = (0..self.values.len())
-            .map(|i| {
-                let (a, b) = self.variances(i, errors);
-                half_width(a, b, errors.repeats) / Z95
-            })
-            .collect();
+        let std: Vec<f64> = (0..self.values.len()).map(|i| self.variance(i, errors).half_width() / Z95).collect();
         let floor = (0..self.values.len()).map(|i| size(i) - REACH * std[i]).fold(0.0, f64::max);
         let rivals: Vec<usize> = (0..self.values.len()).filter(|&i| size(i) + REACH * std[i] >= floor).collect();
         let factor = self.simultaneous(&rivals);
@@ -90,8 +84,7 @@ impl Moved {
         let mut signs = Vec::with_capacity(self.values.len());
         let mut added = 0.0;
         for (i, value) in self.values.iter().enumerate() {
-            let (a, b) = self.variances(i, errors);
-            let std = (a + b).sqrt();
+            let std = self.variance(i, errors).total().sqrt();
             if std <= 0.0 {
                 signs.push(value.signum());
                 continue;
@@ -105,8 +98,7 @@ impl Moved {
         let value = self.values.iter().map(|v| v.abs()).sum::<f64>() / n;
         let moved: Vec<f64> =
             self.by.iter().map(|by| by.iter().zip(&signs).map(|(by, sign)| by * sign).sum::<f64>() / n).collect();
-        let (a, b) = errors.variances(moved.iter().copied());
-        let half = half_width(a, b, errors.repeats);
+        let half = errors.variance(moved.iter().copied()).half_width();
         (Interval { value, lower: (value - half - added / n).max(0.0), upper: value + half }, moved)
     }
 }
@@ -119,7 +111,6 @@ fn independent(n: usize) -> f64 {
 
 /// The interval of a number that each factor moves by so much.
 pub fn linear(value: f64, moved: &[f64], errors: &Errors) -> Interval {
-    let (a, b) = errors.variances(moved.iter().copied());
-    let half = coverage_factor(a, b, errors.repeats) * (a + b).sqrt();
+    let half = errors.variance(moved.iter().copied()).half_width();
     Interval { value, lower: value - half, upper: value + half }
 }
