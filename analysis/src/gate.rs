@@ -23,6 +23,11 @@ fn points_without_prediction(comparison: &Comparison, metric: Metric) -> usize {
 
 /// Judges a comparison by bounds, from its stored metrics alone.
 pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_judged: Option<&str>) {
+    judge_by(comparison, bounds, not_judged);
+    comparison.sentence += &comparison.circumstances();
+}
+
+fn judge_by(comparison: &mut Comparison, bounds: Vec<Bound>, not_judged: Option<&str>) {
     comparison.judgements.clear();
     comparison.counted = true;
     if let Some(reason) = not_judged {
@@ -49,6 +54,10 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
         comparison.judgements.push(JudgementRecord { bound, verdict: judgement.verdict, sentence });
     }
     comparison.verdict = comparison.deciding().map_or(Verdict::Unjudged, |judgement| judgement.verdict);
+    if let Some(too_little) = too_little(comparison).filter(|_| comparison.judgements.is_empty()) {
+        comparison.sentence = too_little;
+        return;
+    }
     let unjudged = if let Some(why) = why_nothing(comparison) {
         why
     } else if comparison.points.is_empty() && !comparison.metrics_printed {
@@ -60,6 +69,18 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
     };
     comparison.sentence =
         comparison.deciding().map_or_else(|| unjudged.to_owned(), |judgement| judgement.sentence.clone());
+}
+
+/// Why nothing can be said of a movement that hardly meets its prediction.
+fn too_little(comparison: &Comparison) -> Option<String> {
+    let meeting = comparison.meeting.as_ref().filter(|meeting| meeting.is_too_little())?;
+    Some(format!(
+        "only {} of the shorter series overlaps the other, less than the {} asked for ({}), so no metric stands for the whole; series \
+         that overlap, or overlap_min in `points`, could decide it",
+        format::percent(meeting.overlap),
+        format::percent(meeting.overlap_min),
+        meeting.reach()
+    ))
 }
 
 /// Why no asked point has a value at all, where one reason holds for all of them: a fit that failed.
@@ -91,6 +112,9 @@ pub fn limit_text(metric: Metric, max: f64, unit: Unit) -> String {
 
 /// Measured points, zero references apart: what a prediction is asked for.
 pub fn asked(comparison: &Comparison) -> usize {
+    if let Some(meeting) = &comparison.meeting {
+        return meeting.n_available();
+    }
     let not_asked = |p: &&Point| {
         let others =
             [PointStatus::ZeroReference, PointStatus::HoleInPrint, PointStatus::InFit, PointStatus::NotCompared];
@@ -147,6 +171,9 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
             limit_text(bound.metric, bound.max_uncertainty.unwrap_or(f64::NAN), unit)
         ),
         Why::NotFinite => {
+            if let Some(too_little) = too_little(comparison) {
+                return too_little;
+            }
             let undefined = record.and_then(|r| r.undefined.as_deref());
             let reason = why_nothing(comparison).or(undefined).unwrap_or("it is not a finite number");
             format!("{name} cannot be formed: {reason}; a finite value at every point could decide it")

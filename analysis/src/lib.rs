@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`study`] | the responses of a dataset or session, and the comparisons asked of them |
 //! | [`response`] | a quantity against gauge pressure, as measured |
+//! | [`trajectory`] | where a movement meets its prediction; a prediction moved onto a measurement |
 //! | [`prediction`] | what a model, an imported table or a printed column says at those points |
 //! | [`fit`] | calibration of parameters before a comparison |
 //! | [`pairing`] | what becomes of every point |
@@ -46,6 +47,7 @@ pub mod response;
 pub mod results;
 pub mod series;
 pub mod study;
+pub mod trajectory;
 pub mod verdict;
 
 pub use error::AnalysisError;

@@ -14,8 +14,9 @@ use pneuval_models::materials::LoadCase;
 use crate::AnalysisError;
 use crate::response::{TableCensus, Unmet};
 use crate::results::{
-    ActuatorRecord, CensusRecord, ChannelRecord, DatasetRecord, FindingRecord, InputRecord, ListingRecord,
-    MaterialRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord, TableRecord,
+    ActuatorRecord, CensusRecord, ChannelRecord, Comparison, DatasetRecord, FindingRecord, InputRecord, ListingRecord,
+    MaterialRecord, RunMeetingRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord,
+    TableRecord,
 };
 use crate::study::{Data, Study};
 
@@ -306,6 +307,22 @@ pub fn findings(study: &Study) -> Vec<FindingRecord> {
         census.unmet.iter().map(|unmet| unmet_plateaus(study.id, session, &response.quantity.id, unmet))
     });
     session.findings.iter().map(record).chain(unmet).collect()
+}
+
+/// What is worth knowing of how movements met a prediction.
+pub fn meetings(comparison: &Comparison) -> Vec<FindingRecord> {
+    let record = |run: &RunMeetingRecord, text: String| FindingRecord {
+        severity: Severity::Note,
+        kind: "meeting".to_owned(),
+        dataset: Some(comparison.dataset.clone()),
+        file: None,
+        channel: None,
+        count: None,
+        spans: vec![],
+        text: format!("{} of {}, run {}: {text}", comparison.form, comparison.quantity.id, run.run),
+    };
+    let runs = comparison.meeting.iter().flat_map(|meeting| &meeting.runs);
+    runs.flat_map(|run| run.told().into_iter().map(|text| record(run, text))).collect()
 }
 
 /// Plateaus at which nothing was measured. A run that has no other is lost: do its files count from one clock at all?

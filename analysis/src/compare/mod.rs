@@ -2,27 +2,30 @@
 
 mod predict;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use pneuval_ingest::error::suggestion;
 use pneuval_ingest::manifest::{ComparisonSpec, Quantity, Statistic};
 
 use predict::unknown_form;
-pub(crate) use predict::{Posed, predict};
+pub(crate) use predict::{Between, Posed, predict};
 
 use crate::AnalysisError;
 use crate::gate::{judge_comparison, notes, strangers};
 use crate::metrics::{self, Interval, Measure, Metric};
 use crate::pairing::{Knowledge, measure_all, points};
+use crate::prediction::Prediction;
 use crate::records;
 use crate::remark::remark;
-use crate::response::{IntervalKind, Response};
+use crate::response::{IntervalKind, POINTS_MAX, Response};
 use crate::results::{
-    ActuatorRecord, Comparison, ConditionRecord, FindingRecord, MetricRecord, PointStatus, QuantityRecord, Results,
-    SCHEMA_VERSION,
+    ActuatorRecord, Against, AlignmentRecord, Comparison, ConditionRecord, FindingRecord, MeetingRecord, MetricRecord,
+    PointStatus, QuantityRecord, Results, SCHEMA_VERSION,
 };
 use crate::series::Curve;
 use crate::study::{BoundsScope, Input, NO_FORM, Study};
+use crate::trajectory;
 use crate::verdict::{Basis, Verdict};
 
 /// What `validate` computes: the numbers, and the curves behind the figures.
@@ -51,6 +54,7 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
         for spec in &study.comparisons {
             let (comparison, curve) = compare(study, spec)?;
             curves.push(curve);
+            findings.extend(records::meetings(&comparison));
             comparisons.push(comparison);
         }
         for statistic in study.statistics {
@@ -115,7 +119,9 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
         // The readers refuse a comparison without its measurement.
         return Err(unknown_form(study, spec, []));
     };
-    let Posed { prediction, fit, .. } = predict(study, spec, response)?;
+    let Sides { response, posed: Posed { prediction, fit, .. }, meeting, alignment } =
+        side_by_side(study, spec, response)?;
+    let response = response.as_ref();
     let points = points(response, &prediction.at);
     let kinds = |status| -> Vec<IntervalKind> {
         let here = (0..points.len()).filter(|&i| points[i].status == status);
@@ -131,17 +137,69 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     comparison.rests_on = prediction.rests_on;
     comparison.fit = fit;
     let count = |status| points.iter().filter(|p| p.status == status).count();
-    comparison.n_available = points.len() - count(PointStatus::HoleInPrint);
+    comparison.n_available =
+        meeting.as_ref().map_or_else(|| points.len() - count(PointStatus::HoleInPrint), MeetingRecord::n_available);
     comparison.n_used = count(PointStatus::Used);
     comparison.n_without_prediction = count(PointStatus::NoPrediction);
     comparison.metrics = measure_all(&points, Knowledge::of(&used), Knowledge::of(&at_zero));
     comparison.points = points;
+    if let Some(too_little) = meeting.as_ref().filter(|meeting| meeting.is_too_little()) {
+        let why = format!("too little of the two overlaps: {}", too_little.reach());
+        comparison.metrics.iter_mut().for_each(|metric| metric.withhold(&why));
+    }
+    (comparison.meeting, comparison.alignment) = (meeting, alignment);
     comparison.remark = remark(study, spec, response, &comparison)?;
     let dimension = response.quantity.unit.dimension;
     let bounds = study.input.bounds.of(&study.input.actuator.id, &spec.quantity, &spec.form, dimension)?;
     judge_comparison(&mut comparison, bounds, spec.not_judged.as_deref());
     let curve = Curve { comparison: comparison.id.clone(), traces: prediction.traces };
     Ok((comparison, curve))
+}
+
+/// A response and a prediction at the same points.
+pub(crate) struct Sides<'a> {
+    /// With the points at which the two are compared.
+    pub response: Cow<'a, Response>,
+    /// With the prediction at those points, as it was moved.
+    pub posed: Posed<'a>,
+    /// How much of a movement meets the prediction.
+    pub meeting: Option<MeetingRecord>,
+    /// How the prediction was moved.
+    pub alignment: Option<AlignmentRecord>,
+}
+
+/// A prediction beside what it is compared with: at the points of the response, or where a movement meets it; then moved onto it, if
+/// that is asked for.
+pub(crate) fn side_by_side<'a>(
+    study: &'a Study,
+    spec: &'a ComparisonSpec,
+    response: &'a Response,
+) -> Result<Sides<'a>, AnalysisError> {
+    let mut posed = predict(study, spec, response)?;
+    let mut meeting = None;
+    let mut response = Cow::Borrowed(response);
+    if let (Between::Path(model), Some(movement)) = (&posed.between, &response.movement) {
+        posed.prediction.traces = trajectory::traces(movement, model);
+        if let Some(met) = trajectory::meet(&response, model) {
+            posed.prediction.at = met.at;
+            (response, meeting) = (Cow::Owned(met.response), Some(met.record));
+        }
+    } else if let Some(samples) = trajectory::samples(&response, POINTS_MAX) {
+        posed.prediction = Prediction::none(&samples);
+        response = Cow::Owned(samples);
+    }
+    if response.points.len() > POINTS_MAX {
+        return Err(AnalysisError::TooManyPoints {
+            file: study.input.file.clone(),
+            line: spec.line,
+            quantity: spec.quantity.clone(),
+            points: response.points.len(),
+            limit: POINTS_MAX,
+            next: "thin the rows of the prediction: each is a point",
+        });
+    }
+    let alignment = trajectory::align(spec.align, &response, &mut posed.prediction);
+    Ok(Sides { response, posed, meeting, alignment })
 }
 
 /// A comparison before anything is known of it.
@@ -160,6 +218,9 @@ fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comp
         misprints: vec![],
         rests_on: vec![],
         fit: None,
+        against: response.movement.as_ref().map_or(Against::Pressure, |movement| movement.rule.at.into()),
+        meeting: None,
+        alignment: None,
         basis: response.basis,
         metrics_printed: false,
         conditions: response
@@ -207,6 +268,7 @@ fn stated(study: &Study, statistic: &Statistic) -> Result<Comparison, AnalysisEr
         same_within_pa: 0.0,
         rounding_pa: 0.0,
         points: vec![],
+        movement: None,
         columns: vec![],
         texts: vec![],
     };

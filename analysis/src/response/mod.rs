@@ -6,11 +6,13 @@ mod readings;
 mod session;
 
 pub use census::{Census, TableCensus, Unmet};
+pub(crate) use plateaus::rounding_s;
 pub use session::{POINTS_MAX, without_rounding};
 
-use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity};
+use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity, TrajectoryRule};
 use pneuval_ingest::number::Printed;
 
+use crate::trajectory::Path;
 use crate::verdict::Basis;
 
 /// A measured response.
@@ -34,10 +36,23 @@ pub struct Response {
     pub rounding_pa: f64,
     /// The points, in the order of the source.
     pub points: Vec<ResponsePoint>,
+    /// The movements behind a comparison at equal time or arc length: its points are where a prediction meets them.
+    pub movement: Option<Movement>,
     /// Predictions that stand beside the measurement in its source.
     pub columns: Vec<PredictedColumn>,
     /// Every cell of the source as printed, by column name, for sentences on the page; empty for a session.
     pub texts: Vec<(String, Vec<String>)>,
+}
+
+/// Movements that are compared at equal time or arc length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Movement {
+    /// How a prediction meets them.
+    pub rule: TrajectoryRule,
+    /// The instruments' standard uncertainty of each component; `None` where one declares none.
+    pub std_si: Vec<Option<f64>>,
+    /// One per run.
+    pub paths: Vec<Path>,
 }
 
 /// One point of a response.
@@ -49,6 +64,8 @@ pub struct ResponsePoint {
     pub runs: Vec<String>,
     /// Gauge pressure per chamber, in Pa.
     pub pressures_gauge_pa: Vec<f64>,
+    /// Of a movement: the time in s, or the share of the arc length.
+    pub at: Option<f64>,
     /// Value of each condition, with what its print leaves open.
     pub conditions: Vec<Printed>,
     /// The value of each component with its interval; `None` is a hole in print.
@@ -73,7 +90,8 @@ pub enum IntervalKind {
 impl Response {
     /// Whether every chamber of a point is at zero gauge pressure: the reference, excluded from metrics.
     pub fn is_zero_reference(&self, point: &ResponsePoint) -> bool {
-        point.pressures_gauge_pa.iter().all(|p| p.abs() <= self.zero_within_pa)
+        // A movement may begin at zero pressure, and is compared there too.
+        point.at.is_none() && point.pressures_gauge_pa.iter().all(|p| p.abs() <= self.zero_within_pa)
     }
 
     /// The gauge pressures of every point.
@@ -104,6 +122,7 @@ impl From<&PublishedTable> for Response {
                 line: table.lines[row],
                 runs: vec![],
                 pressures_gauge_pa: table.pressures_gauge_pa[row].clone(),
+                at: None,
                 conditions: table.conditions_si[row].clone(),
                 measured: table.measured[row].clone(),
                 interval: IntervalKind::PrintedDigits,
@@ -120,6 +139,7 @@ impl From<&PublishedTable> for Response {
             same_within_pa: 0.0,
             rounding_pa: 0.0,
             points,
+            movement: None,
             columns: table.predicted.clone(),
             texts: table.texts.clone(),
         }

@@ -18,6 +18,8 @@ pub(super) struct Reading {
     /// Index of the run.
     pub run: usize,
     pub line: usize,
+    /// Stamp of its first sample; not a number where there is no clock.
+    pub seconds: f64,
     pub pressures: Vec<f64>,
     pub conditions: Vec<f64>,
     /// A component without a number makes the reading a hole, which still takes its turn.
@@ -63,7 +65,7 @@ impl<'a> Needed<'a> {
         if !is_one && !may_differ {
             return None;
         }
-        let first = run.stream_of(spec.state_channels())?;
+        let first = if is_one { run.stream_of(spec.channels())? } else { run.stream_of(spec.state_channels())? };
         let mut parts = vec![Part { stream: first, channels: vec![] }];
         let mut take = |id: &str| -> Option<(usize, &'a [f64])> {
             let channel = run.channels.get(id)?;
@@ -103,8 +105,9 @@ impl<'a> Needed<'a> {
     pub fn read(&self, (number, run): (usize, &str), spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
         let first = &self.parts[0];
         let stretches: Vec<Vec<usize>> = match spec.points {
-            PointRule::Samples { .. } => {
-                (0..first.stream.samples).filter(|&i| self.is_state(i)).map(|i| vec![i]).collect()
+            PointRule::Samples { .. } | PointRule::Trajectory(_) => {
+                let every = if let PointRule::Trajectory(rule) = spec.points { rule.every } else { 1 };
+                (0..first.stream.samples).filter(|&i| self.is_state(i)).step_by(every).map(|i| vec![i]).collect()
             }
             PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
                 let Some(seconds) = &first.stream.seconds else { return vec![] };
@@ -127,6 +130,7 @@ impl<'a> Needed<'a> {
             readings.push(Reading {
                 run: number,
                 line: first.stream.lines.line_of(start),
+                seconds: stamp(start),
                 pressures: self.pressures.iter().map(|c| mean(c, rows)).collect(),
                 conditions: self.conditions.iter().map(|c| mean(c, rows)).collect(),
                 measured: self.measured.iter().map(|(part, c)| mean(c, &of_parts[*part])).collect(),

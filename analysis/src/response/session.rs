@@ -19,7 +19,8 @@ use pneuval_ingest::session::Session;
 
 use super::census::Census;
 use super::readings::{Needed, Reading, SETTING_SHARE};
-use super::{IntervalKind, Response, ResponsePoint};
+use super::{IntervalKind, Movement, Response, ResponsePoint};
+use crate::trajectory::{Path, Sample};
 use crate::verdict::Basis;
 
 /// Points of a response at most: beyond it a log is a trajectory, not a set of steady states.
@@ -44,8 +45,13 @@ impl Response {
             needed.count(&mut census);
         }
         let states = census.samples - census.holes;
-        if matches!(spec.points, PointRule::Samples { .. }) && states > POINTS_MAX * runs.len().max(1) {
-            return Err(states);
+        let samples_per_point = match spec.points {
+            PointRule::Samples { .. } => Some(1),
+            PointRule::Trajectory(rule) if spec.points.path().is_none() => Some(rule.every),
+            _ => None,
+        };
+        if let Some(points) = samples_per_point.map(|n| states / n).filter(|n| *n > POINTS_MAX * runs.len().max(1)) {
+            return Err(points);
         }
         let mut readings = Vec::new();
         for (i, needed) in runs.iter().enumerate() {
@@ -58,9 +64,22 @@ impl Response {
         }
         let same_within_pa = match spec.points {
             PointRule::Samples { same_within_pa } => same_within_pa,
+            PointRule::Trajectory(_) => 0.0,
             PointRule::Plateaus { tolerance_pa, .. } => tolerance_pa,
         };
-        let points = points(readings, same_within_pa, &std_of(session, spec), &names);
+        let std_si = std_of(session, spec);
+        let mut movement = None;
+        let points = match spec.points {
+            PointRule::Trajectory(rule) if spec.points.path().is_some() => {
+                movement = Some(Movement { rule, std_si, paths: paths(readings, &names) });
+                vec![]
+            }
+            // Loading and unloading, run by run: no sample is a repeat of another.
+            PointRule::Trajectory(_) => {
+                readings.into_iter().filter_map(|reading| point(&[reading], &std_si, &names)).collect()
+            }
+            _ => points(readings, same_within_pa, &std_si, &names),
+        };
         if points.len() > POINTS_MAX {
             return Err(points.len());
         }
@@ -76,6 +95,7 @@ impl Response {
             same_within_pa: same_within_pa.max(zero_within_pa),
             rounding_pa,
             points,
+            movement,
             columns: vec![],
             texts: vec![],
         };
@@ -97,6 +117,11 @@ fn source(session: &Session, spec: &ResponseSpec) -> String {
     if spec.pressure.iter().any(|(channel, _)| channels(channel)) {
         source += "; the pressure is commanded, not measured";
     }
+    if let PointRule::Trajectory(rule) = spec.points
+        && rule.every > 1
+    {
+        source.extend(["; one of every ", &rule.every.to_string(), " samples"]);
+    }
     source
 }
 
@@ -116,6 +141,17 @@ fn conditions(session: &Session, spec: &ResponseSpec) -> Vec<Condition> {
 fn std_of(session: &Session, spec: &ResponseSpec) -> Vec<Option<f64>> {
     let channel = |id: &String| session.runs.iter().find_map(|run| run.channels.get(id));
     spec.measured.iter().map(|id| channel(id).and_then(|c| c.std_si)).collect()
+}
+
+/// Readings as the movement of each run.
+fn paths(readings: Vec<Reading>, runs: &[&str]) -> Vec<Path> {
+    let mut paths: Vec<Path> = runs.iter().map(|run| Path { run: (*run).to_owned(), samples: vec![] }).collect();
+    for Reading { run, line, seconds, pressures, measured, .. } in readings {
+        if let Some(path) = paths.get_mut(run) {
+            path.samples.push(Sample { line, seconds, pressures, measured });
+        }
+    }
+    paths
 }
 
 /// Readings at equal pressures and conditions.
@@ -206,6 +242,7 @@ fn point(group: &[Reading], std_si: &[Option<f64>], runs: &[&str]) -> Option<Res
         line: first.line,
         runs: whole.iter().filter_map(|r| runs.get(r.run)).map(|run| (*run).to_owned()).collect(),
         pressures_gauge_pa: mean(|r| &r.pressures),
+        at: None,
         conditions: mean(|r| &r.conditions).into_iter().map(|si| Printed { si, half_width_si: 0.0 }).collect(),
         measured: Some(measured),
         interval,
@@ -222,7 +259,14 @@ mod tests {
     use super::*;
 
     fn reading(run: usize, pressure: f64, value: f64) -> Reading {
-        Reading { run, line: 1, pressures: vec![pressure], conditions: vec![], measured: vec![value] }
+        Reading {
+            run,
+            line: 1,
+            seconds: f64::NAN,
+            pressures: vec![pressure],
+            conditions: vec![],
+            measured: vec![value],
+        }
     }
 
     fn value(point: &ResponsePoint) -> Printed {

@@ -2,6 +2,7 @@
 
 mod device;
 mod follows;
+mod points;
 mod raw;
 
 use std::collections::BTreeMap;
@@ -11,8 +12,10 @@ use serde::Deserialize;
 pub use device::{Clocks, DeviceSpec, LogFile, Views};
 pub use follows::Follows;
 use follows::check_follows;
+pub use points::{Abscissa, Matching, PointRule, TrajectoryRule};
 pub use raw::channel_id;
 use raw::{Raw, responses, runs};
+pub(in crate::manifest) use raw::{RawColumn, RawReader, column_ref};
 
 use super::comparison::{Comparable, ComparisonSpec, Quantity, comparisons};
 use super::{check_id, check_schema};
@@ -199,7 +202,7 @@ pub struct RunSpec {
 pub struct ResponseSpec {
     /// What.
     pub quantity: Quantity,
-    /// Channel and chamber.
+    /// Channel and chamber; none where the points are those of a path at equal time or arc length.
     pub pressure: Vec<(String, String)>,
     /// Channels of the components.
     pub measured: Vec<String>,
@@ -241,25 +244,6 @@ pub struct ConditionSpec {
     pub title: String,
 }
 
-/// How samples become points of a response.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PointRule {
-    /// Every sample is a point: a log of steady states.
-    Samples {
-        /// Pressures of several runs so near each other are repeats, in Pa; 0: equal to the bit.
-        same_within_pa: f64,
-    },
-    /// Every stretch of steady pressure is a point: the mean over its end.
-    Plateaus {
-        /// How far the pressure may be from the middle of the stretch's range, in Pa.
-        tolerance_pa: f64,
-        /// How long a stretch must last, in s.
-        hold_s: f64,
-        /// The end of it that is averaged, in s.
-        window_s: f64,
-    },
-}
-
 impl SessionManifest {
     /// Reads a session file.
     ///
@@ -299,8 +283,10 @@ impl SessionManifest {
             .collect::<Result<Vec<_>, IngestError>>()?;
         device::check_derived(&document, &raw.derived, &channels, &derived)?;
         let responses = responses(&document, &raw.response, &ids)?;
-        let comparable: Vec<Comparable> =
-            responses.iter().map(|r| Comparable { quantity: &r.quantity.id, columns: vec![] }).collect();
+        let comparable: Vec<Comparable> = responses
+            .iter()
+            .map(|r| Comparable { quantity: &r.quantity.id, width: r.quantity.width(), columns: vec![] })
+            .collect();
         let comparisons = comparisons(&document, &raw.comparison, &comparable)?;
         let excluded =
             raw.excluded_max.as_ref().map(|share| share.not_negative(&document, Dimension::Ratio)).transpose()?;

@@ -1,15 +1,17 @@
 //! `session.toml` as it is written, and the way from there to what is checked.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::device::{self, Clocks, DeviceSpec, RawDevice};
 use super::follows::RawFollows;
+use super::points::{Abscissa, PointRule, RawPoints};
 use super::{
-    ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PointRule, PressureReference, ResponseSpec,
-    RunSpec, Specimen, Stamp,
+    ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PressureReference, ResponseSpec, RunSpec,
+    Specimen, Stamp,
 };
 use crate::document::{Amount, Document, parse_unit};
 use crate::error::{IngestError, shown, suggestion};
@@ -58,7 +60,7 @@ pub(super) struct Raw {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawReader {
+pub(in crate::manifest) struct RawReader {
     format: Option<Spanned<String>>,
     delimiter: Option<Delimiter>,
     decimal: Option<Decimal>,
@@ -105,9 +107,10 @@ enum Header {
     NamesAndUnits,
 }
 
-#[derive(Clone, Deserialize)]
+/// A column by its name or number.
+#[derive(Debug, Clone, Deserialize)]
 #[serde(untagged)]
-enum RawColumn {
+pub(in crate::manifest) enum RawColumn {
     Number(i64),
     Name(String),
 }
@@ -170,7 +173,7 @@ struct RawRows {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawResponse {
     quantity: RawQuantity,
-    pressure: Spanned<Vec<RawPressure>>,
+    pressure: Option<Spanned<Vec<RawPressure>>>,
     measured: RawMeasured,
     #[serde(default)]
     condition: Vec<RawCondition>,
@@ -199,24 +202,6 @@ struct RawCondition {
     channel: Spanned<String>,
     id: Option<Spanned<String>>,
     title: Option<String>,
-}
-
-/// `{ from = "samples", same_within }`, or `{ from = "plateaus", tolerance, hold, window }`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawPoints {
-    from: Spanned<PointSource>,
-    same_within: Option<Amount>,
-    tolerance: Option<Amount>,
-    hold: Option<Amount>,
-    window: Option<Amount>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum PointSource {
-    Samples,
-    Plateaus,
 }
 
 impl RawReader {
@@ -265,13 +250,22 @@ impl RawReader {
 }
 
 fn column(document: &Document, raw: &Spanned<RawColumn>) -> Result<ColumnRef, IngestError> {
-    match raw.get_ref() {
+    column_ref(document, raw.get_ref(), &raw.span())
+}
+
+/// A column of a log, as a manifest names it at a span.
+pub(in crate::manifest) fn column_ref(
+    document: &Document,
+    raw: &RawColumn,
+    span: &Range<usize>,
+) -> Result<ColumnRef, IngestError> {
+    match raw {
         RawColumn::Name(name) => Ok(ColumnRef::Name(name.clone())),
         RawColumn::Number(number) => match usize::try_from(*number) {
             Ok(number) if number >= 1 => Ok(ColumnRef::Number(number)),
             _ => {
                 let expected = "a column's name, or its number from 1";
-                Err(document.malformed(raw.span(), expected, number.to_string(), "correct it"))
+                Err(document.malformed(span.clone(), expected, number.to_string(), "correct it"))
             }
         },
     }
@@ -467,7 +461,7 @@ pub(super) fn responses(
             return Err(document.malformed(r.measured.channel.span(), "a channel above", shown(name), next));
         }
         let mut pressure: Vec<(String, String)> = Vec::new();
-        for p in r.pressure.get_ref() {
+        for p in r.pressure.iter().flat_map(Spanned::get_ref) {
             let chamber = check_id(document, &p.chamber)?;
             if pressure.iter().any(|(_, c)| *c == chamber) {
                 let found = format!("`{chamber}` twice");
@@ -475,9 +469,17 @@ pub(super) fn responses(
             }
             pressure.push((known(&p.channel)?, chamber));
         }
-        if pressure.is_empty() {
-            let next = "name the channel of the pressure and its chamber";
-            return Err(document.malformed(r.pressure.span(), "at least one pressure", "none", next));
+        let points = r
+            .points
+            .as_ref()
+            .map_or(Ok(PointRule::Samples { same_within_pa: 0.0 }), |points| points.checked(document))?;
+        if pressure.is_empty() && points.path().is_none() {
+            let next = "name the channel of the pressure and its chamber; only a trajectory at equal time or arc length needs none";
+            let span = r.pressure.as_ref().map_or(r.quantity.id.span(), Spanned::span);
+            return Err(document.malformed(span, "at least one pressure", "none", next));
+        }
+        if let Some(path) = points.path() {
+            r.check_path(document, path.at)?;
         }
         let mut conditions: Vec<ConditionSpec> = Vec::new();
         for c in &r.condition {
@@ -497,51 +499,26 @@ pub(super) fn responses(
                 .as_ref()
                 .map(|z| z.not_negative(document, Dimension::Pressure))
                 .transpose()?,
-            points: r
-                .points
-                .as_ref()
-                .map_or(Ok(PointRule::Samples { same_within_pa: 0.0 }), |points| points.checked(document))?,
+            points,
             line: document.line_of(r.quantity.id.span().start),
         });
     }
     Ok(responses)
 }
 
-impl RawPoints {
-    pub fn checked(&self, document: &Document) -> Result<PointRule, IngestError> {
-        match (self.from.get_ref(), &self.tolerance, &self.hold, &self.window) {
-            (PointSource::Samples, None, None, None) => {
-                let same =
-                    self.same_within.as_ref().map(|s| s.not_negative(document, Dimension::Pressure)).transpose()?;
-                Ok(PointRule::Samples { same_within_pa: same.unwrap_or(0.0) })
-            }
-            (PointSource::Samples, ..) => {
-                let next = "remove them, or say from = \"plateaus\"";
-                let found = "tolerance, hold or window";
-                Err(document.malformed(self.from.span(), "nothing beside from = \"samples\"", found, next))
-            }
-            (PointSource::Plateaus, Some(tolerance), Some(hold), Some(window)) => {
-                // Asked for and not heeded would be worse than refused: plateaus meet within their tolerance.
-                if let Some(same) = &self.same_within {
-                    let expected = "no `same_within` beside from = \"plateaus\"";
-                    let next = "remove it: plateaus within `tolerance` of each other are repeats";
-                    return Err(document.malformed(same.span(), expected, "one", next));
-                }
-                let hold_s = hold.checked(document, Dimension::Time)?;
-                let window_s = window.checked(document, Dimension::Time)?;
-                if window_s > hold_s {
-                    let expected = format!("at most the hold of {hold_s} s");
-                    let next = "a window lies inside its plateau";
-                    return Err(document.malformed(window.span(), expected, format!("{window_s} s"), next));
-                }
-                let tolerance_pa = tolerance.checked(document, Dimension::Pressure)?;
-                Ok(PointRule::Plateaus { tolerance_pa, hold_s, window_s })
-            }
-            (PointSource::Plateaus, ..) => {
-                let next = "add what is missing, each as { value, unit }";
-                let expected = "`tolerance`, `hold` and `window` beside from = \"plateaus\"";
-                Err(document.malformed(self.from.span(), expected, "not all of them", next))
-            }
+impl RawResponse {
+    /// What a path at equal time or arc length cannot heed: nothing of it is at zero pressure, or under a condition.
+    fn check_path(&self, document: &Document, at: Abscissa) -> Result<(), IngestError> {
+        let refused = |span: Range<usize>, key: &str| {
+            let expected = format!("no `{key}` beside at = \"{}\"", at.id());
+            document.malformed(span, expected, "one", "remove it: nothing would heed it")
+        };
+        if let Some(zero) = &self.zero_within {
+            return Err(refused(zero.span(), "zero_within"));
         }
+        if let Some(condition) = self.condition.first() {
+            return Err(refused(condition.channel.span(), "condition"));
+        }
+        Ok(())
     }
 }
