@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::TypedValueParser as _;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 const EXIT_CODES: &str = "\
@@ -43,6 +44,8 @@ pub enum Command {
     Predict(Predict),
     /// Write a raw session with known truth and, on demand, known faults
     Rehearse(Rehearse),
+    /// Hold the program to its statistical promises, at length
+    Selftest(Selftest),
     /// List the model catalogue: equations, sources, misprints, check values
     Models(Models),
     /// List the material laws: energies, stresses, constants, check values; and the papers' constants in them
@@ -53,9 +56,11 @@ pub enum Command {
 ///
 /// Reads the datasets below each PATH, or the embedded papers if none is given. Actuators and bounds are looked up in the
 /// dataset's folder, its parents, then among the embedded ones.
+// Flags of a command line.
+#[allow(clippy::struct_excessive_bools)]
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  pneuval validate                         the embedded papers\n  pneuval validate datasets --out report   a folder of datasets\n  pneuval validate mine --bounds lab.toml --json"
+    after_help = "Examples:\n  pneuval validate                         the embedded papers\n  pneuval validate datasets --out report   a folder of datasets\n  pneuval validate mine --bounds lab.toml --json\n  pneuval validate monday --no-report      between two runs at the rig"
 )]
 pub struct Validate {
     /// Datasets, or folders of them
@@ -69,6 +74,9 @@ pub struct Validate {
     /// Write pages without figures: faster, for many comparisons
     #[arg(long)]
     pub no_figures: bool,
+    /// Write no folder at all: every number computed and judged, for the table and the exit code
+    #[arg(long, conflicts_with_all = ["out", "no_figures", "report_only"])]
+    pub no_report: bool,
     /// Exit 0 whatever the verdicts; page one says so
     #[arg(long)]
     pub report_only: bool,
@@ -322,6 +330,52 @@ pub enum Shape {
     Ramp,
     Sine,
     Cycles,
+}
+
+/// Hold the program to its statistical promises, at length.
+///
+/// Sessions are rehearsed with many seeds, read and analysed as any session is; what is promised is compared with what really happened.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval selftest lag\n  pneuval selftest lag --seeds 100 --json\n\nExit codes: 0 every promise holds, 1 some do not."
+)]
+pub struct Selftest {
+    #[command(subcommand)]
+    pub promise: Promise,
+}
+
+/// What is promised.
+#[derive(Subcommand)]
+pub enum Promise {
+    /// 95 % intervals of metrics: whether they hold the truth, with few repeats and with many
+    Coverage(SelftestCoverage),
+    /// Clocks by sync events, and the lag between pressure and motion with and without them
+    Lag(SelftestLag),
+}
+
+/// 95 % intervals of metrics: whether they hold the truth, with few repeats and with many.
+#[derive(Args)]
+pub struct SelftestCoverage {
+    /// Sessions of so many repeats only: 2, 3, 5 or 10
+    #[arg(long, value_name = "N", value_parser = clap::builder::PossibleValuesParser::new(["2", "3", "5", "10"]).map(|n| n.parse::<usize>().unwrap_or_default()))]
+    pub repeats: Option<usize>,
+    /// Sessions of each kind, each with a seed of its own
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    pub seeds: u32,
+    /// Print JSON, in SI units
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Clocks by sync events, and the lag between pressure and motion with and without them.
+#[derive(Args)]
+pub struct SelftestLag {
+    /// Sessions of each kind, each with a seed of its own
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    pub seeds: u32,
+    /// Print JSON, in SI units
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// List the model catalogue: equations, sources, misprints, check values.

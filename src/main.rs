@@ -13,6 +13,7 @@ mod output;
 mod predict;
 mod rehearse;
 mod report;
+mod selftest;
 mod table;
 mod validate;
 
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
         Command::Report(arguments) => report::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Rehearse(arguments) => rehearse::run(&arguments),
+        Command::Selftest(arguments) => selftest::run(&arguments),
         Command::Models(arguments) => models::run(&arguments),
         Command::Materials(arguments) => materials::run(&arguments),
     };

@@ -25,11 +25,17 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
     let found = pneuval_datasets::load(described)?;
     let inputs: Vec<Input> = found.into_iter().zip(judged).map(|(found, judged)| input(found, judged)).collect();
     let evaluation = compare::validate(&inputs, arguments.report_only)?;
-    let drawing = if arguments.no_figures { Drawing::None } else { Drawing::Figures };
-    let results = folder::publish(&arguments.out, evaluation, drawing)?;
+    let results = if arguments.no_report {
+        folder::unpublished(evaluation)?
+    } else {
+        let drawing = if arguments.no_figures { Drawing::None } else { Drawing::Figures };
+        folder::publish(&arguments.out, evaluation, drawing)?
+    };
     output::tell_findings(&results);
     if arguments.json {
         output::print_json_text(&folder::to_json(&results)?)?;
+    } else if arguments.no_report {
+        output::print(&table::render(&results))?;
     } else {
         let index = arguments.out.join("index.html");
         output::print(&format!("{}Report: {}\n", table::render(&results), index.display()))?;

@@ -234,6 +234,15 @@ fn half_a_percent_of_overlap_is_no_small_error() {
         let (said, results) = wave.validate();
         assert_eq!(said.code, 3, "{}{}", said.out, said.err);
         assert_eq!(metric(&results, "rmse"), Value::Null);
+        // Nothing of the little that met is left where a reader would take it for the whole.
+        let comparison = &results["comparisons"][0];
+        for metric in comparison["metrics"].as_array().unwrap() {
+            for key in ["value", "lower", "upper", "uncorrected", "method"] {
+                assert_eq!(metric[key], Value::Null, "{metric}");
+            }
+            assert_eq!(metric["shares"], serde_json::json!([]));
+        }
+        assert_eq!((&comparison["budget"], &comparison["validation"]), (&serde_json::json!([]), &Value::Null));
         let overlap = results["comparisons"][0]["meeting"]["overlap"].as_f64().unwrap();
         assert!((0.004..0.008).contains(&overlap), "{overlap}");
         let told = format!("only {:.3} % of the shorter series overlaps", 100.0 * overlap);
@@ -312,6 +321,81 @@ fn equal_arc_length_asks_for_no_clock_and_compares_shapes() {
 }
 
 #[test]
+fn a_path_over_falling_pressures_goes_as_its_rows_do() {
+    let wave = Wave::new("");
+    let mut sim = "p,x,y,z\nkPa,mm,mm,mm\n".to_owned();
+    for i in 0..201 {
+        let [x, y, z] = helix(0.02 * f64::from(i));
+        writeln!(sim, "{},{x},{y},{z}", 200 - i).unwrap();
+    }
+    wave.write("sim.csv", &sim);
+    wave.change(
+        "actuator.toml",
+        "time = { column = \"t\" }",
+        "pressure = { column = \"p\", chamber = \"air\", reference = \"gauge\" }",
+    );
+    wave.change("session.toml", "at = \"time\"", "at = \"arc-length\"");
+    wave.bound(0.1);
+    let (said, _) = wave.validate();
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+}
+
+#[test]
+fn samples_of_a_movement_are_no_repeats_and_the_sentence_says_what_they_are_matched_by() {
+    for (at, equal) in [("time", "time"), ("arc-length", "arc length")] {
+        let wave = Wave::new(&table(',', (0.0, 0.02, 201), helix));
+        wave.change("rig.toml", "std = 0.0001", "std = 0.1");
+        wave.change("session.toml", "at = \"time\"", &format!("at = \"{at}\""));
+        // The same movement again, with a last digit of its own.
+        wave.write("second.csv", &table(';', (0.0, 0.01, 401), |t| helix(t).map(|v| v + 1e-6)));
+        let two = "file = \"log.csv\"\n[[run]]\nid = \"b\"\nfile = \"second.csv\"\n";
+        wave.change("session.toml", "file = \"log.csv\"\n", two);
+        wave.bound(5.0);
+        wave.change("bounds.toml", "allow_single_repeat = true\n", "");
+        let (said, results) = wave.validate();
+        assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+        let told = format!("from single samples, matched at equal {equal}, which have no scatter to judge by");
+        assert!(said.out.contains(&told), "{}", said.out);
+        let comparison = &results["comparisons"][0];
+        // The camera's three channels, each of which moves one component of three; no scatter of repeats.
+        let budget = comparison["budget"].as_array().unwrap();
+        assert_eq!(budget.len(), 3, "{budget:?}");
+        for row in budget {
+            assert_eq!(row["cause"], "instrument");
+            near(&row["std_rms_si"], 1e-4 / 3_f64.sqrt(), 1e-9);
+        }
+        assert_eq!(comparison["points"][0]["repeats"], 1);
+        assert_eq!(comparison["samples_alone"], true);
+    }
+}
+
+#[test]
+fn what_is_uncertain_of_a_prediction_is_turned_with_it() {
+    // The simulator's first axis is the camera's second, on which the two differ; it alone is uncertain.
+    let mut sim = "t,x,y,z,sx,s0\ns,mm,mm,mm,mm,mm\n".to_owned();
+    for i in 0..201 {
+        let t = 0.02 * f64::from(i);
+        let [x, y, z] = helix(t);
+        let off = if i % 2 == 0 { 0.5 } else { -0.5 };
+        writeln!(sim, "{t},{},{},{z},0.2,0", y + off, -x).unwrap();
+    }
+    let wave = Wave::new(&sim);
+    wave.change(
+        "actuator.toml",
+        "predicted = [\"x\", \"y\", \"z\"]",
+        "predicted = [\"x\", \"y\", \"z\"]\nstd = [\"sx\", \"s0\", \"s0\"]",
+    );
+    wave.change("session.toml", "form = \"sim\"", "form = \"sim\"\nalign = \"rigid\"");
+    wave.bound(5.0);
+    let (said, results) = wave.validate();
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let metrics = results["comparisons"][0]["metrics"].as_array().unwrap();
+    let largest = metrics.iter().find(|m| m["metric"] == "max_abs_error").unwrap();
+    near(&largest["value"], 5e-4, 1e-5);
+    assert!(largest["upper"].as_f64().unwrap() > 8e-4, "{largest}");
+}
+
+#[test]
 fn runs_meet_the_prediction_each_on_its_own() {
     let wave = Wave::new(&table(',', (0.0, 0.02, 201), helix));
     // The second run's stamps are others, and it lies 1 mm higher.
@@ -387,6 +471,20 @@ fn what_a_trajectory_cannot_heed_is_refused_where_it_stands() {
             "at = \"time\", hold = { value = 1, unit = \"s\" }",
             "session.toml:32",
             "no `hold` beside",
+        ),
+        (
+            "session.toml",
+            "at = \"time\" }",
+            "at = \"time\" }\ncycles = \"all\"",
+            "session.toml:33",
+            "no `cycles` beside at = \"time\"",
+        ),
+        (
+            "session.toml",
+            "method = \"camera\"",
+            "method = \"camera\", tare = \"zero-pressure\"",
+            "session.toml:31",
+            "no `tare` beside at = \"time\"",
         ),
         (
             "session.toml",

@@ -12,6 +12,9 @@ use common::pneuval;
 use common::sitting::{ACTUATOR, LOG, SESSION, Sitting, findings, points};
 use serde_json::Value;
 
+/// The 97.5 % quantile of the standard normal distribution.
+const Z95: f64 = 1.959_963_984_540_054;
+
 #[test]
 fn a_type_of_ones_own_from_an_actuator_file_a_table_and_a_log() {
     let sitting = Sitting::new();
@@ -34,9 +37,9 @@ fn a_type_of_ones_own_from_an_actuator_file_a_table_and_a_log() {
     let results = sitting.results();
     let point = &points(&results, 0)[3];
     assert!((point["predicted"][0].as_f64().unwrap() - 20e-3).abs() < 1e-15);
-    // Two of the table's standard uncertainties, and two of the instrument's.
-    assert!((point["predicted_half_width"][0].as_f64().unwrap() - 0.02e-3).abs() < 1e-15);
-    assert!((point["measured_half_width"][0].as_f64().unwrap() - 0.04e-3).abs() < 1e-15);
+    // 95 %: 1.96 of the table's standard uncertainties, and of the instrument's.
+    assert!((point["predicted_half_width"][0].as_f64().unwrap() - Z95 * 0.01e-3).abs() < 1e-15);
+    assert!((point["measured_half_width"][0].as_f64().unwrap() - Z95 * 0.02e-3).abs() < 1e-15);
     let sources = results["actuators"][0]["datasets"][0]["sources"].as_array().unwrap();
     let names: Vec<&str> = sources.iter().map(|s| s["path"].as_str().unwrap()).collect();
     assert_eq!(names, ["session.toml", "rig.toml", "log.csv", "actuator.toml", "fea.csv", "bounds.toml"]);
@@ -160,10 +163,12 @@ fn repeats_give_an_interval_that_decides() {
     // Wholly beyond, and over the bound: 0.6 mm with 0.25 mm either side.
     sitting.bound(0.1, "");
     assert_eq!(sitting.validate().code, 1);
-    sitting.bound(0.6, "");
-    let said = sitting.validate();
-    assert_eq!(said.code, 3);
-    assert!(said.out.contains("more repeats"), "{}", said.out);
+    for (bound, why) in [(0.75, "repeats could decide it"), (0.6, "what lies on the bound no measurement can decide")] {
+        sitting.bound(bound, "");
+        let said = sitting.validate();
+        assert_eq!(said.code, 3);
+        assert!(said.out.contains("the scatter of 3 repeats makes") && said.out.contains(why), "{}", said.out);
+    }
 }
 
 #[test]
@@ -589,12 +594,12 @@ fn a_derived_channel_is_as_sure_as_its_sources() {
     sitting.validate();
     let results = sitting.results();
     let half = |i: usize| points(&results, i).last().unwrap()["measured_half_width"][0].as_f64().unwrap();
-    // Twice the standard uncertainty: 3-4-5; √2 of the less sure coordinate; 40 kPa × 2 mm² and 400 mm² × 0.5 kPa.
-    assert!((half(0) - 2.0 * 0.05e-3).abs() < 1e-15, "{}", half(0));
+    // 1.96 of the standard uncertainty: 3-4-5; √2 of the less sure coordinate; 40 kPa × 2 mm² and 400 mm² × 0.5 kPa.
+    assert!((half(0) - Z95 * 0.05e-3).abs() < 1e-15, "{}", half(0));
     for i in [1, 2] {
-        assert!((half(i) - 2.0 * 2.0_f64.sqrt() * 0.04e-3).abs() < 1e-15, "{}", half(i));
+        assert!((half(i) - Z95 * 2.0_f64.sqrt() * 0.04e-3).abs() < 1e-15, "{}", half(i));
     }
-    assert!((half(3) - 2.0 * 0.08_f64.hypot(0.2)).abs() < 1e-12, "{}", half(3));
+    assert!((half(3) - Z95 * 0.08_f64.hypot(0.2)).abs() < 1e-12, "{}", half(3));
     // One source that declares nothing leaves all that comes from it without an interval.
     sitting.write("rig.toml", &rig.replace("std = 0.03\n", ""));
     sitting.validate();
@@ -624,9 +629,9 @@ fn bender(hold_out: &str) -> Sitting {
         &format!(
             "schema = 1\nid = \"bend\"\nactuator = \"bender\"\n[[channel]]\nid = \"p\"\ncolumn = \"p\"\nreference = \"gauge\"\n\
              [[channel]]\nid = \"angle\"\ncolumn = \"angle\"\n[[run]]\nfile = \"log.csv\"\n[[response]]\n\
-             quantity = {{ id = \"bending-angle\", title = \"Angle\", unit = \"rad\" }}\n\
+             quantity = {{ id = \"bending-angle\", title = \"Angle\", unit = \"rad\" }}\nzero_within = {{ value = 0.3, unit = \"kPa\" }}\n\
              pressure = [{{ channel = \"p\", chamber = \"chamber\" }}]\nmeasured = {{ channel = \"angle\" }}\n\
-             points = {{ from = \"samples\", same_within = {{ value = 0.2, unit = \"kPa\" }} }}\n[[comparison]]\n\
+             points = {{ from = \"samples\" }}\n[[comparison]]\n\
              quantity = \"bending-angle\"\nform = \"linear-angle\"\n\
              fit = {{ to = \"measured\", parameters = [\"angle_per_pressure\"], hold_out = \"{hold_out}\" }}\n"
         ),
@@ -641,7 +646,7 @@ fn pressures_that_are_nearly_equal_are_held_out_together() {
     let kilopascals = |point: &Value| point["pressures_gauge_pa"][0].as_f64().unwrap() / 1e3;
     // Numbers 1 and 3 are 10 and 30 kPa, whichever of the two readings it is.
     let results = bender("odd-pressures").results();
-    assert_eq!(points(&results, 0).len(), 9);
+    assert_eq!(points(&results, 0).len(), 9, "zero, and every other pressure twice");
     for point in points(&results, 0) {
         let expected = match kilopascals(point) {
             p if p < 1.0 => "zero_reference",

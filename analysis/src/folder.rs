@@ -48,6 +48,17 @@ pub fn publish(out: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<R
     place::publish(out, &REPORT, |new| write_into(new, evaluation, drawing))
 }
 
+/// The results of an evaluation as [`publish`] would store them, checked as there, without a file written: its list of files is empty.
+///
+/// # Errors
+/// [`AnalysisError::Results`] if they could not be read back.
+pub fn unpublished(evaluation: Evaluation) -> Result<Results, AnalysisError> {
+    let mut results = evaluation.results;
+    results.files.clear();
+    readable_json(Path::new(RESULTS), &results)?;
+    Ok(results)
+}
+
 fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
     let Evaluation { mut results, curves } = evaluation;
     let folder = new.join(FOLDER);
@@ -71,15 +82,20 @@ fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Re
         write(&folder.join(&name), &figure.png)?;
         results.files.insert(name, digest::sha256(&figure.png));
     }
-    let json = to_json(&results)?;
-    // What cannot be read back (a number that is not finite becomes null) must not be left for `gate` to find.
-    parse(&folder.join(RESULTS), json.as_bytes())?;
+    let json = readable_json(&folder.join(RESULTS), &results)?;
     write(&folder.join(RESULTS), json.as_bytes())?;
     write(&folder.join(SCHEMA), schema_json()?.as_bytes())?;
     for page in report::pages(&results, &figures)? {
         write(&new.join(&page.name), page.html.as_bytes())?;
     }
     Ok(results)
+}
+
+/// The text of `results.json`, read back: what cannot be (a number that is not finite becomes null) must not be left for `gate` to find.
+fn readable_json(path: &Path, results: &Results) -> Result<String, AnalysisError> {
+    let json = to_json(results)?;
+    parse(path, json.as_bytes())?;
+    Ok(json)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), AnalysisError> {

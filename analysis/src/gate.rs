@@ -6,6 +6,7 @@ use pneuval_ingest::units::Unit;
 
 use crate::AnalysisError;
 use crate::bounds::{Bound, Bounds, Expect};
+use crate::decide::what_would_decide;
 use crate::format;
 use crate::metrics::{Measure, Metric};
 use crate::results::{Comparison, FindingRecord, JudgementRecord, MetricRecord, Point, PointStatus, Results, Severity};
@@ -85,8 +86,9 @@ fn too_little(comparison: &Comparison) -> Option<String> {
 
 /// Why no asked point has a value at all, where one reason holds for all of them: a fit that failed.
 fn why_nothing(comparison: &Comparison) -> Option<&str> {
-    let mut asked =
-        comparison.points.iter().filter(|p| !matches!(p.status, PointStatus::ZeroReference | PointStatus::HoleInPrint));
+    let mut asked = comparison.points.iter().filter(|p| {
+        !matches!(p.status, PointStatus::ZeroReference | PointStatus::HoleInPrint | PointStatus::CycleApart)
+    });
     let first = asked.next().filter(|p| p.status == PointStatus::NotFinite && p.predicted.is_none())?;
     let same = |p: &Point| p.status == first.status && p.reason == first.reason;
     first.reason.as_deref().filter(|_| asked.all(same))
@@ -96,9 +98,17 @@ fn why_nothing(comparison: &Comparison) -> Option<&str> {
 pub fn metric_text(metric: Metric, value: f64, unit: Unit) -> String {
     match metric {
         Metric::R2 => format::fixed(value, 4),
+        Metric::LoopArea => area_text(value, unit),
         metric if metric.is_ratio() => format::percent(value),
         _ => format::quantity(value, unit, format::error_decimals(unit)),
     }
+}
+
+/// The area of a loop, in the quantity's unit × kPa.
+pub fn area_text(value_si: f64, unit: Unit) -> String {
+    let kpa = pneuval_ingest::units::Dimension::Pressure.display_unit();
+    let value = kpa.from_si(unit.from_si(value_si));
+    format!("{} {}·{}", format::significant(value, 4), unit.printed(), kpa.printed())
 }
 
 /// A bound's limit in the unit it is shown in, without digits nobody wrote.
@@ -116,9 +126,14 @@ pub fn asked(comparison: &Comparison) -> usize {
         return meeting.n_available();
     }
     let not_asked = |p: &&Point| {
-        let others =
-            [PointStatus::ZeroReference, PointStatus::HoleInPrint, PointStatus::InFit, PointStatus::NotCompared];
-        others.contains(&p.status)
+        matches!(
+            p.status,
+            PointStatus::ZeroReference
+                | PointStatus::HoleInPrint
+                | PointStatus::InFit
+                | PointStatus::NotCompared
+                | PointStatus::CycleApart
+        )
     };
     comparison.points.len() - comparison.points.iter().filter(not_asked).count()
 }
@@ -135,8 +150,8 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
             if interval.half_width() > 0.0 {
                 let ground = match comparison.basis {
                     Basis::PublishedPoint => "printed digits",
-                    Basis::Session if record.is_some_and(|r| r.single_repeat) => "instruments",
-                    Basis::Session => "points' 95 %",
+                    Basis::Session if record.is_some_and(|r| r.single_repeat) => "instruments alone, 95 %",
+                    Basis::Session => "95 %",
                 };
                 format!("{} ({ground}: {} to {})", text(interval.value), text(interval.lower), text(interval.upper))
             } else {
@@ -147,11 +162,27 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
         Some(Measure::Undefined(_)) | None => "undefined".to_owned(),
     };
     let expected = if bound.expect == Expect::Exceed { ", as expected" } else { "" };
-    let more = match comparison.basis {
-        Basis::PublishedPoint => "one more printed digit, or the raw data,",
-        Basis::Session => "more repeats, or a better instrument,",
+    // What would decide it, if the half width of the interval had to shrink to this.
+    let decides = |half: f64| {
+        let general = match comparison.basis {
+            Basis::PublishedPoint => "one more printed digit, or the raw data, could decide it",
+            Basis::Session => "more repeats, or a better instrument, could decide it",
+        };
+        let known = record.map(MetricRecord::measure);
+        let Some(Measure::Known(interval)) = known else { return general.to_owned() };
+        what_would_decide(comparison, bound.metric, interval.abs(), half).unwrap_or_else(|| general.to_owned())
     };
+    let distance = record.and_then(|r| r.value).map_or(0.0, |value| (value.abs() - bound.max).abs());
     match why {
+        // Runs of a movement are not merged, however many there are.
+        Why::SingleRepeat if comparison.samples_alone => format!(
+            "{name} is {value}, from single samples, matched at equal {}, which have no scatter to judge by; allow_single_repeat in the bound could decide it",
+            comparison.against.name()
+        ),
+        Why::NoInterval if comparison.samples_alone => format!(
+            "{name} is {value}, from single samples, matched at equal {}, of an instrument that declares no uncertainty; `std` or `resolution` in rig.toml and allow_single_repeat in the bound could decide it",
+            comparison.against.name()
+        ),
         Why::SingleRepeat => format!(
             "{name} is {value}, from one repeat at {} of {} points, which has no scatter to judge by; a second repeat at equal pressure, or allow_single_repeat in the bound, could decide it",
             comparison.points.iter().filter(|p| p.status == PointStatus::Used && p.runs.len() < 2).count(),
@@ -165,10 +196,13 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
         }
         Why::Within => format!("{name} is {value}, within the bound of {limit}"),
         Why::Beyond => format!("{name} is {value}, beyond the bound of {limit}{expected}"),
-        Why::Straddles => format!("{name} is {value}, which reaches over the bound of {limit}; {more} could decide it"),
+        Why::Straddles => {
+            format!("{name} is {value}, which reaches over the bound of {limit}; {}", decides(distance))
+        }
         Why::TooUncertain => format!(
-            "{name} is {value}, known less sharply than the {} asked for; {more} could decide it",
-            limit_text(bound.metric, bound.max_uncertainty.unwrap_or(f64::NAN), unit)
+            "{name} is {value}, known less sharply than the ± {} asked for; {}",
+            limit_text(bound.metric, bound.max_uncertainty.unwrap_or(f64::NAN), unit),
+            decides(bound.max_uncertainty.unwrap_or(0.0))
         ),
         Why::NotFinite => {
             if let Some(too_little) = too_little(comparison) {

@@ -1,7 +1,8 @@
 //! From a measured response and a prediction to a comparison, a verdict and a report.
 //!
 //! ```text
-//! published table, session --> Response --.
+//! session --> AlignedRun ---> Response --.
+//! published table ----------> Response --.
 //!                                          >--> Comparison --> Verdict --> results folder --> pages
 //! model, table, printed column -> Prediction'
 //! ```
@@ -9,12 +10,14 @@
 //! | module | holds |
 //! |---|---|
 //! | [`study`] | the responses of a dataset or session, and the comparisons asked of them |
+//! | [`align`] | the streams of a run on one time |
 //! | [`response`] | a quantity against gauge pressure, as measured |
 //! | [`trajectory`] | where a movement meets its prediction; a prediction moved onto a measurement |
 //! | [`prediction`] | what a model, an imported table or a printed column says at those points |
 //! | [`fit`] | calibration of parameters before a comparison |
 //! | [`pairing`] | what becomes of every point |
 //! | [`metrics`] | how far apart they are, with the interval that is known |
+//! | [`uncertainty`] | intervals by resampling; what uncertain inputs do to a prediction |
 //! | [`bounds`] | acceptance limits, each with its reason |
 //! | [`verdict`] | `judge()`, the only place where a metric meets a bound |
 //! | [`compare`] | response and prediction to comparison |
@@ -28,8 +31,10 @@
 //!
 //! Residual = predicted - measured: positive means that the model is too high.
 
+pub mod align;
 pub mod bounds;
 pub mod compare;
+mod decide;
 pub mod error;
 pub mod export;
 pub mod fit;
@@ -48,6 +53,7 @@ pub mod results;
 pub mod series;
 pub mod study;
 pub mod trajectory;
+pub mod uncertainty;
 pub mod verdict;
 
 pub use error::AnalysisError;

@@ -1,4 +1,4 @@
-//! How far a prediction is from a measurement: definitions, version 1.
+//! How far a prediction is from a measurement: definitions, version 2.
 //!
 //! With residual r = predicted - measured, over the n points used (zero-pressure references are not):
 //!
@@ -13,18 +13,21 @@
 //! | `relative_to_range_max`, `_rmse` | max \|r\|, RMSE over (max - min of measured) |
 //! | `residual_at_zero` | r at the zero-pressure reference; of several, the largest in size |
 //! | `r2` | 1 - Σ r² / Σ (measured - its mean)²; shown, never bounded |
+//! | `loop_area` | area between unloading and loading over pressure, predicted - measured, by the trapezoidal rule at the measured pressures; shown, never bounded |
+//! | `loop_area_share` | its size over (pressure range of the loop × range of measured in it) |
 //!
 //! Of a position, r is the distance between the predicted and the measured point (wave-finger, Eq. 30: the position error), and
 //! \|measured\|, \|predicted\| are distances from the origin of its frame; a distance has no sign, so a position has no bias, and
 //! no range and R² are defined for it.
 //!
-//! Points are intervals: a printed value by half a unit of its last digit either side, a measured point of a session by its 95 %
-//! interval from repeats and instruments, an imported prediction by two of its standard uncertainties. Every metric carries the
-//! interval that it can take while each measured and each predicted value moves within its own, all at once. For a session it is
-//! therefore made of the points' 95 % intervals, and is not itself a 95 % interval. Pressures, dimensions and constants are taken
-//! as exact, although they are printed too; so are conditions, except printed ones declared `exact = false`, which widen the
-//! prediction by what their digits leave open. Any other computed prediction has no width. `relative_to_range` and `r2` are handled
-//! more coarsely: the former's interval combines the extremes of numerator and denominator, the latter has none.
+//! **Published points** are intervals: a printed value by half a unit of its last digit either side. Every metric carries the
+//! interval that it can take while each printed value moves within its own, all at once: [`measure`]. Pressures, dimensions and
+//! constants are taken as exact, although they are printed too; so are conditions, except printed ones declared `exact = false`, which
+//! widen the prediction by what their digits leave open. Any other computed prediction has no width. `relative_to_range` and `r2`
+//! are handled more coarsely: the former's interval combines the extremes of numerator and denominator, the latter has none.
+//!
+//! **Sessions** have 95 % intervals from repeats, instruments and inputs: [`crate::uncertainty::intervals`]. There the RMSE is that of the
+//! response without what the errors of its points add; what is seen before that correction is stored beside it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -32,7 +35,7 @@ use serde::{Deserialize, Serialize};
 use pneuval_ingest::number::Printed;
 
 /// Version of the definitions above; changes with any number they give.
-pub const DEFINITIONS_VERSION: u32 = 1;
+pub const DEFINITIONS_VERSION: u32 = 2;
 
 /// A metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -62,11 +65,15 @@ pub enum Metric {
     ResidualAtZero,
     /// Coefficient of determination.
     R2,
+    /// Area of the loop, predicted - measured.
+    LoopArea,
+    /// Its size over that of the box around the loop.
+    LoopAreaShare,
 }
 
 impl Metric {
     /// Every metric, in the order in which they are shown.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Bias,
         Self::Mae,
         Self::Rmse,
@@ -79,6 +86,8 @@ impl Metric {
         Self::RelativeToRangeRmse,
         Self::ResidualAtZero,
         Self::R2,
+        Self::LoopArea,
+        Self::LoopAreaShare,
     ];
 
     /// Its id in files.
@@ -96,6 +105,8 @@ impl Metric {
             Self::RelativeToRangeRmse => "relative_to_range_rmse",
             Self::ResidualAtZero => "residual_at_zero",
             Self::R2 => "r2",
+            Self::LoopArea => "loop_area",
+            Self::LoopAreaShare => "loop_area_share",
         }
     }
 
@@ -114,6 +125,8 @@ impl Metric {
             Self::RelativeToRangeRmse => "RMSE / range",
             Self::ResidualAtZero => "e at zero pressure",
             Self::R2 => "R²",
+            Self::LoopArea => "e of the loop area",
+            Self::LoopAreaShare => "|e| of the loop area / box",
         }
     }
 
@@ -124,12 +137,12 @@ impl Metric {
 
     /// Whether it is a share, or has the quantity's unit.
     pub fn is_ratio(self) -> bool {
-        !matches!(self, Self::Bias | Self::Mae | Self::Rmse | Self::MaxAbsError | Self::ResidualAtZero)
+        !matches!(self, Self::Bias | Self::Mae | Self::Rmse | Self::MaxAbsError | Self::ResidualAtZero | Self::LoopArea)
     }
 
-    /// Whether a smaller absolute value is better, so that an upper bound makes sense.
+    /// Whether an upper bound makes sense: a smaller size is better, and there is a unit to write it in.
     pub fn is_boundable(self) -> bool {
-        self != Self::R2
+        !matches!(self, Self::R2 | Self::LoopArea)
     }
 }
 
@@ -198,6 +211,17 @@ impl Pair {
         }
     }
 
+    /// Predicted - measured, component by component.
+    pub fn differences(&self) -> Vec<f64> {
+        self.predicted.iter().zip(&self.measured).map(|(p, m)| p.value - m.value).collect()
+    }
+
+    /// The predicted or the measured values.
+    pub fn numbers(&self, predicted: bool) -> Vec<f64> {
+        let side = if predicted { &self.predicted } else { &self.measured };
+        side.iter().map(|component| component.value).collect()
+    }
+
     /// Whether it is a position.
     fn is_position(&self) -> bool {
         self.measured.len() > 1
@@ -258,8 +282,40 @@ pub enum Measure {
     Undefined(&'static str),
 }
 
-/// A metric over the pairs used, with the pairs at zero pressure.
-pub fn measure(metric: Metric, pairs: &[Pair], at_zero: &[Pair]) -> Measure {
+/// What the area of a loop is made of: weights of values, so that it is a sum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoopArea {
+    /// Index of a value and its weight in Pa, of unloading minus loading.
+    pub weights: Vec<(usize, f64)>,
+    /// Predicted and measured value by index.
+    pub values: Vec<(f64, f64)>,
+    /// The box around the measured loop: pressure range × range of the values, in their unit × Pa.
+    pub box_area: f64,
+}
+
+impl LoopArea {
+    /// The weighted sum of something that each value has.
+    pub fn of(&self, value: impl Fn(usize) -> f64) -> f64 {
+        self.weights.iter().map(|(i, weight)| weight * value(*i)).sum()
+    }
+}
+
+/// A metric over the pairs used, with the pairs at zero pressure and the loop, or why there is none.
+pub fn measure(
+    metric: Metric,
+    pairs: &[Pair],
+    at_zero: &[Pair],
+    loop_area: Result<&LoopArea, &'static str>,
+) -> Measure {
+    if matches!(metric, Metric::LoopArea | Metric::LoopAreaShare) {
+        let area = match loop_area {
+            Ok(area) => area,
+            Err(why) => return Measure::Undefined(why),
+        };
+        let error = area.of(|i| area.values[i].0 - area.values[i].1);
+        let value = if metric == Metric::LoopArea { error } else { error.abs() / area.box_area };
+        return finite(Interval { value, lower: value, upper: value });
+    }
     if metric == Metric::ResidualAtZero {
         let residuals: Vec<Interval> = at_zero.iter().map(Pair::residual).collect();
         if residuals.iter().any(|r| !r.is_finite()) {
@@ -304,7 +360,9 @@ pub fn measure(metric: Metric, pairs: &[Pair], at_zero: &[Pair]) -> Measure {
         Metric::RelativeToRangeMax => over_range(max(sizes.iter().copied()), pairs),
         Metric::RelativeToRangeRmse => over_range(rmse, pairs),
         Metric::R2 => r2(pairs),
-        Metric::ResidualAtZero => Measure::Undefined("no zero-pressure reference"),
+        Metric::ResidualAtZero | Metric::LoopArea | Metric::LoopAreaShare => {
+            Measure::Undefined("it is not formed from these points")
+        }
     }
 }
 
@@ -377,6 +435,8 @@ fn r2(pairs: &[Pair]) -> Measure {
 mod tests {
     use super::*;
 
+    const NO_LOOP: Result<&LoopArea, &str> = Err("no loop");
+
     fn pairs(predicted: &[(f64, f64)], measured: &[(f64, f64)]) -> Vec<Pair> {
         let interval =
             |(si, half_width_si): &(f64, f64)| Interval::from(Printed { si: *si, half_width_si: *half_width_si });
@@ -385,7 +445,7 @@ mod tests {
     }
 
     fn known(metric: Metric, pairs: &[Pair]) -> Interval {
-        match measure(metric, pairs, &[]) {
+        match measure(metric, pairs, &[], NO_LOOP) {
             Measure::Known(interval) => interval,
             other => panic!("{metric:?}: {other:?}"),
         }
@@ -430,9 +490,9 @@ mod tests {
                 assert!((number - expected).abs() < 1e-15, "{metric:?}: {number} {expected}");
             }
         }
-        assert_eq!(measure(Metric::R2, &p, &[]), Measure::Shown(1.0 - 14.0 / 200.0));
+        assert_eq!(measure(Metric::R2, &p, &[], NO_LOOP), Measure::Shown(1.0 - 14.0 / 200.0));
         let at_zero = pairs(&[(0.5, 0.0)], &[(0.0, 0.0)]);
-        let Measure::Known(zero) = measure(Metric::ResidualAtZero, &p, &at_zero) else { panic!() };
+        let Measure::Known(zero) = measure(Metric::ResidualAtZero, &p, &at_zero, NO_LOOP) else { panic!() };
         assert!((zero.value - 0.5).abs() < 1e-15);
     }
 
@@ -442,7 +502,10 @@ mod tests {
         let predicted = [(5.2, 0.05), (-3.0, 0.5)];
         let measured = [(5.0, 0.5), (-2.0, 0.5)];
         let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
-        for metric in Metric::ALL.into_iter().filter(|m| !matches!(m, Metric::R2 | Metric::ResidualAtZero)) {
+        for metric in Metric::ALL
+            .into_iter()
+            .filter(|m| !matches!(m, Metric::R2 | Metric::ResidualAtZero | Metric::LoopArea | Metric::LoopAreaShare))
+        {
             let stated = known(metric, &pairs(&predicted, &measured));
             let (mut lower, mut upper) = (f64::INFINITY, f64::NEG_INFINITY);
             for a in steps {
@@ -483,7 +546,7 @@ mod tests {
             assert!((known(metric, &p).value - expected).abs() < 1e-15, "{metric:?}");
         }
         for metric in [Metric::Bias, Metric::RelativeToRangeMax, Metric::RelativeToRangeRmse, Metric::R2] {
-            assert!(matches!(measure(metric, &p, &[]), Measure::Undefined(_)), "{metric:?}");
+            assert!(matches!(measure(metric, &p, &[], NO_LOOP), Measure::Undefined(_)), "{metric:?}");
         }
         let wide = |v: f64, half_width_si| Interval::from(Printed { si: v, half_width_si });
         let open = Pair { predicted: exact([3.0, 4.0]), measured: vec![wide(0.0, 1.0), wide(0.0, 1.0)] };
@@ -496,13 +559,13 @@ mod tests {
         let nan = pairs(&[(1.0, 0.0), (f64::NAN, 0.0)], &[(1.0, 0.0), (2.0, 0.0)]);
         let zero = pairs(&[(0.0, 0.0)], &[(0.0, 0.0)]);
         for metric in Metric::ALL {
-            assert!(matches!(measure(metric, &nan, &nan[1..]), Measure::Undefined(_)), "{metric:?}");
-            assert!(matches!(measure(metric, &[], &[]), Measure::Undefined(_)), "{metric:?}");
+            assert!(matches!(measure(metric, &nan, &nan[1..], NO_LOOP), Measure::Undefined(_)), "{metric:?}");
+            assert!(matches!(measure(metric, &[], &[], NO_LOOP), Measure::Undefined(_)), "{metric:?}");
         }
         for metric in
             [Metric::RelativeToMeasuredMax, Metric::RelativeToPredictedMean, Metric::RelativeToRangeMax, Metric::R2]
         {
-            assert!(matches!(measure(metric, &zero, &[]), Measure::Undefined(_)), "{metric:?}");
+            assert!(matches!(measure(metric, &zero, &[], NO_LOOP), Measure::Undefined(_)), "{metric:?}");
         }
     }
 

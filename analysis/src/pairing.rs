@@ -2,10 +2,13 @@
 
 use pneuval_ingest::number::Printed;
 
-use crate::metrics::{self, Interval, Measure, Metric, Pair};
+use crate::metrics::{self, Interval, LoopArea, Measure, Metric, Pair};
 use crate::prediction::{Predicted, full_pressures, share};
-use crate::response::{IntervalKind, Response, ResponsePoint};
-use crate::results::{MetricRecord, Point, PointStatus};
+use crate::response::{IntervalKind, Response, ResponsePoint, loop_weights};
+use crate::results::{BudgetRecord, MetricRecord, Point, PointStatus, ValidationRecord};
+use crate::uncertainty::coverage::half_width;
+use crate::uncertainty::errors::{Cause, Errors, Factor, Source};
+use crate::uncertainty::intervals::{Known, Sample};
 
 /// Every point of the response with its prediction, and what becomes of it.
 pub fn points(response: &Response, predicted: &[Predicted]) -> Vec<Point> {
@@ -37,6 +40,8 @@ fn point(
     Point {
         line: response.line,
         runs: response.runs.clone(),
+        branch: response.branch,
+        repeats: response.repeats.len(),
         pressures_gauge_pa: response.pressures_gauge_pa.clone(),
         pressure_share: share(&response.pressures_gauge_pa, full),
         at: response.at,
@@ -60,6 +65,9 @@ fn status(response: &ResponsePoint, predicted: &Predicted, is_zero_reference: bo
     let finite = |values: &[Printed]| values.iter().all(|v| v.si.is_finite());
     if *predicted == Predicted::NotCompared {
         return (PointStatus::NotCompared, None);
+    }
+    if response.is_apart && response.measured.is_some() {
+        return (PointStatus::CycleApart, Some("of a cycle that is shown and not compared".to_owned()));
     }
     if is_zero_reference && response.measured.is_some() {
         let why = match predicted {
@@ -102,57 +110,200 @@ impl Knowledge {
     }
 }
 
-/// Every metric over the points. Without intervals (a single repeat of an instrument that declares nothing) a metric has a
+/// The metrics of a comparison, and what moves them.
+pub struct Measured {
+    /// Every metric.
+    pub metrics: Vec<MetricRecord>,
+    /// What each source contributes to the uncertainty of the points.
+    pub budget: Vec<BudgetRecord>,
+    /// Comparison error and validation uncertainty.
+    pub validation: Option<ValidationRecord>,
+}
+
+/// Every metric over the points of a published table: intervals of what print leaves open.
+pub fn measure_published(points: &[Point]) -> Vec<MetricRecord> {
+    let split = Split::of(points);
+    let none = "a printed table has no way up and down";
+    let known = |metric| Known {
+        measure: metrics::measure(metric, &split.used, &split.at_zero, Err(none)),
+        uncorrected: None,
+        shares: vec![],
+        method: None,
+    };
+    split.records(points, &known, Knowledge::default(), Knowledge::default())
+}
+
+/// Every metric over the points of a session. Without intervals (a single repeat of an instrument that declares nothing) a metric has a
 /// value and no interval. What is known of the zero-pressure references is the concern of their own metric alone.
-pub fn measure_all(points: &[Point], used: Knowledge, at_zero_known: Knowledge) -> Vec<MetricRecord> {
-    let pair = |p: &Point| {
-        let intervals = |values: &Option<Vec<f64>>, half_widths: &[f64]| -> Vec<Interval> {
-            let value = |i: usize| values.as_ref().map_or(f64::NAN, |v| v[i]);
-            (0..half_widths.len())
-                .map(|i| Interval::from(Printed { si: value(i), half_width_si: half_widths[i] }))
-                .collect()
-        };
-        Pair {
-            predicted: intervals(&p.predicted, &p.predicted_half_width),
-            measured: intervals(&p.measured, &p.measured_half_width),
+pub fn measure_session(points: &[Point], response: &Response, errors: &Errors) -> Measured {
+    let split = Split::of(points);
+    let width = response.quantity.width();
+    let kinds = |of: &[usize]| -> Vec<IntervalKind> { of.iter().map(|&i| response.points[i].interval).collect() };
+    let over = |of: &[usize]| {
+        let repeats = of.iter().map(|&i| response.points[i].repeats.len()).min().unwrap_or(0);
+        Errors { repeats, ..errors.of_points(of, width) }
+    };
+    let (used, at_zero) = (Knowledge::of(&kinds(&split.used_at)), Knowledge::of(&kinds(&split.at_zero_at)));
+    let all: Vec<usize> = (0..points.len()).collect();
+    let errors_of_loop = over(&all);
+    let sample = Sample {
+        used: &split.used,
+        errors: over(&split.used_at),
+        at_zero: &split.at_zero,
+        errors_at_zero: over(&split.at_zero_at),
+        loop_area: loop_area(points, response),
+        errors_of_loop,
+    };
+    let known = |metric| sample.metric(metric);
+    let metrics = split.records(points, &known, used, at_zero);
+    let is_known = !split.used.is_empty() && !used.unknown;
+    let validation = is_known.then(|| validation(&split.used, &sample.errors)).flatten();
+    Measured { metrics, budget: budget(&sample.errors), validation }
+}
+
+/// E, its uncertainty by cause, and where the two meet.
+fn validation(used: &[Pair], errors: &Errors) -> Option<ValidationRecord> {
+    let e: Vec<f64> = used.iter().flat_map(Pair::differences).collect();
+    let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+    let moved = |factor: &Factor, i: usize| factor.predicted[i] - factor.measured[i];
+    let std_of = |causes: &[Cause]| -> f64 {
+        let is_of = |factor: &&Factor| errors.sources.get(factor.source).is_some_and(|s| causes.contains(&s.cause));
+        let of = |i: usize| errors.factors.iter().filter(is_of).map(|f| moved(f, i).powi(2)).sum::<f64>().sqrt();
+        rms(&(0..e.len()).map(of).collect::<Vec<f64>>())
+    };
+    let within = |i: usize| {
+        let (a, b) = errors.variances(errors.factors.iter().map(|f| moved(f, i)));
+        e[i].abs() <= half_width(a, b, errors.repeats)
+    };
+    let (u_d_si, u_input_si, u_num_si) = (
+        std_of(&[Cause::Repeats, Cause::Instrument, Cause::State]),
+        std_of(&[Cause::Input]),
+        std_of(&[Cause::Numerical]),
+    );
+    let record = ValidationRecord {
+        e_si: rms(&e),
+        u_d_si,
+        u_input_si,
+        u_num_si,
+        u_val_si: u_d_si.hypot(u_input_si).hypot(u_num_si),
+        values: e.len(),
+        within: (0..e.len()).filter(|&i| within(i)).count(),
+    };
+    (record.e_si.is_finite() && record.u_val_si.is_finite()).then_some(record)
+}
+
+/// What each source contributes to the uncertainty of the residuals of the points that are used.
+fn budget(errors: &Errors) -> Vec<BudgetRecord> {
+    let of = |(index, source): (usize, &Source)| {
+        let mine = || errors.factors.iter().filter(|factor| factor.source == index);
+        let n = mine().next().map_or(0, |factor| factor.measured.len());
+        let squares: Vec<f64> =
+            (0..n).map(|i| mine().map(|f| (f.predicted[i] - f.measured[i]).powi(2)).sum::<f64>()).collect();
+        BudgetRecord {
+            source: source.name.clone(),
+            cause: source.cause,
+            evaluation: source.cause.evaluation().to_owned(),
+            degrees_of_freedom: (source.cause == Cause::Repeats).then(|| errors.repeats.saturating_sub(1)),
+            std_rms_si: if n > 0 { (squares.iter().sum::<f64>() / n as f64).sqrt() } else { 0.0 },
+            std_max_si: squares.iter().copied().fold(0.0, f64::max).sqrt(),
         }
     };
-    let of = |status| points.iter().filter(move |p| p.status == status);
-    let in_metrics = |p: &&Point| matches!(p.status, PointStatus::Used | PointStatus::NotFinite);
-    let pairs: Vec<Pair> = points.iter().filter(in_metrics).map(pair).collect();
-    let at_zero: Vec<Pair> = of(PointStatus::ZeroReference).map(pair).collect();
-    let without_prediction = of(PointStatus::NoPrediction).count();
-    let not_printed = of(PointStatus::PredictionNotPrinted).count();
-    let asked = pairs.len() + without_prediction + not_printed;
-    // Points that are missing from a mean would make it another mean: it is then only told, never judged.
-    let missing = if without_prediction > 0 {
-        Some(format!("no prediction at {without_prediction} of {asked} measured points"))
-    } else if not_printed > 0 && !pairs.is_empty() {
-        Some(format!("no predicted value is printed at {not_printed} of {asked} measured points"))
-    } else {
-        None
+    errors.sources.iter().enumerate().map(of).collect()
+}
+
+/// The loop of a session's comparison: where loading and unloading are measured and predicted.
+fn loop_area(points: &[Point], response: &Response) -> Result<LoopArea, &'static str> {
+    let values: Vec<Option<(f64, f64)>> =
+        points.iter().map(|p| p.predicted_scalar().zip(p.measured_scalar())).collect();
+    let usable = |p: &ResponsePoint| !p.is_apart;
+    let (weights, range_pa) = loop_weights(response, &usable)?;
+    let mut of_loop = weights.iter().map(|(i, _)| values.get(*i).copied().flatten());
+    let Some(pairs) = of_loop.by_ref().collect::<Option<Vec<(f64, f64)>>>() else {
+        return Err("a point of the loop has no measured or no predicted value");
     };
-    Metric::ALL
-        .into_iter()
-        .map(|metric| {
-            let known = if metric == Metric::ResidualAtZero { at_zero_known } else { used };
-            let measure = match metrics::measure(metric, &pairs, &at_zero) {
-                Measure::Known(interval) if known.unknown => Measure::Shown(interval.value),
+    let (low, high) =
+        pairs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, m)| (low.min(*m), high.max(*m)));
+    if high <= low {
+        return Err("the measured values of the loop do not span a range");
+    }
+    let values = values.into_iter().map(|v| v.unwrap_or((0.0, 0.0))).collect();
+    Ok(LoopArea { weights, values, box_area: range_pa * (high - low) })
+}
+
+/// The pairs of a comparison, by what becomes of them, with the indices of their points.
+struct Split {
+    used: Vec<Pair>,
+    used_at: Vec<usize>,
+    at_zero: Vec<Pair>,
+    at_zero_at: Vec<usize>,
+}
+
+impl Split {
+    fn of(points: &[Point]) -> Self {
+        let pair = |p: &Point| {
+            let intervals = |values: &Option<Vec<f64>>, half_widths: &[f64]| -> Vec<Interval> {
+                let value = |i: usize| values.as_ref().map_or(f64::NAN, |v| v[i]);
+                (0..half_widths.len())
+                    .map(|i| Interval::from(Printed { si: value(i), half_width_si: half_widths[i] }))
+                    .collect()
+            };
+            Pair {
+                predicted: intervals(&p.predicted, &p.predicted_half_width),
+                measured: intervals(&p.measured, &p.measured_half_width),
+            }
+        };
+        let at = |wanted: &[PointStatus]| -> Vec<usize> {
+            (0..points.len()).filter(|&i| wanted.contains(&points[i].status)).collect()
+        };
+        let pairs = |of: &[usize]| of.iter().map(|&i| pair(&points[i])).collect();
+        let used_at = at(&[PointStatus::Used, PointStatus::NotFinite]);
+        let at_zero_at = at(&[PointStatus::ZeroReference]);
+        Self { used: pairs(&used_at), used_at, at_zero: pairs(&at_zero_at), at_zero_at }
+    }
+
+    fn records(
+        &self,
+        points: &[Point],
+        known: &dyn Fn(Metric) -> Known,
+        used: Knowledge,
+        at_zero_known: Knowledge,
+    ) -> Vec<MetricRecord> {
+        let count = |status| points.iter().filter(|p| p.status == status).count();
+        let (without_prediction, not_printed) =
+            (count(PointStatus::NoPrediction), count(PointStatus::PredictionNotPrinted));
+        let asked = self.used.len() + without_prediction + not_printed;
+        // Points that are missing from a mean would make it another mean: it is then only told, never judged.
+        let missing = if without_prediction > 0 {
+            Some(format!("no prediction at {without_prediction} of {asked} measured points"))
+        } else if not_printed > 0 && !self.used.is_empty() {
+            Some(format!("no predicted value is printed at {not_printed} of {asked} measured points"))
+        } else {
+            None
+        };
+        let record = |metric| {
+            let grounds = if metric == Metric::ResidualAtZero { at_zero_known } else { used };
+            let Known { measure, uncorrected, shares, method } = known(metric);
+            let measure = match measure {
+                Measure::Known(interval) if grounds.unknown => Measure::Shown(uncorrected.unwrap_or(interval.value)),
                 measure => measure,
             };
-            let record = MetricRecord { single_repeat: known.single_repeat, ..MetricRecord::new(metric, measure) };
+            let record = MetricRecord {
+                single_repeat: grounds.single_repeat,
+                uncorrected: uncorrected.filter(|_| !grounds.unknown),
+                shares,
+                method: method.filter(|_| !grounds.unknown),
+                ..MetricRecord::new(metric, measure)
+            };
             match &missing {
                 Some(why) if metric != Metric::ResidualAtZero => MetricRecord {
-                    metric,
-                    value: None,
-                    lower: None,
-                    upper: None,
                     undefined: Some(record.undefined.unwrap_or_else(|| why.clone())),
-                    over_predicted_points: record.value,
-                    single_repeat: known.single_repeat,
+                    over_predicted_points: record.uncorrected.or(record.value),
+                    single_repeat: grounds.single_repeat,
+                    ..MetricRecord::new(metric, Measure::Undefined(""))
                 },
                 _ => record,
             }
-        })
-        .collect()
+        };
+        Metric::ALL.into_iter().map(record).collect()
+    }
 }

@@ -7,12 +7,13 @@ use pneuval_ingest::document::Origin;
 use pneuval_ingest::manifest::{Actuator, Condition, ImportedModel, Over, PredictedColumn};
 use pneuval_ingest::number::Printed;
 use pneuval_models::ModelError;
-use pneuval_models::catalogue::{Entry, Inputs, Model};
+use pneuval_models::catalogue::{Entry, Inputs, Model, Parameter};
 
 use crate::AnalysisError;
 use crate::format;
 use crate::response::{Response, ResponsePoint};
 use crate::series::{CurvePoint, Trace};
+use crate::uncertainty::coverage::Z95;
 
 /// Points on which a model is drawn between zero and full pressure.
 const CURVE_STEPS: u32 = 100;
@@ -88,6 +89,26 @@ impl<'a> Form<'a> {
         Self { entry, inputs, conditions, built: RefCell::new(Vec::new()) }
     }
 
+    /// The names of its inputs, but for what is set beside the pressure.
+    pub fn parameters(&self) -> impl Iterator<Item = &'static Parameter> {
+        self.entry.parameters.iter()
+    }
+
+    /// The value of an input.
+    pub fn input(&self, name: &str) -> Option<f64> {
+        self.inputs.get(name)
+    }
+
+    /// The same form with other values of some inputs.
+    #[must_use]
+    pub fn with(&self, changed: &[(&str, f64)]) -> Self {
+        let mut inputs = self.inputs.clone();
+        for (name, value) in changed {
+            inputs.set(*name, *value);
+        }
+        Self::new(self.entry, inputs, self.conditions)
+    }
+
     /// The value of each component.
     ///
     /// # Errors
@@ -136,7 +157,7 @@ impl Predictor for ImportedModel {
         let Some(&pressure) = pressures_gauge_pa.first() else {
             return Predicted::NoSolution("no pressure to look up".to_owned());
         };
-        let Over::Pressure { chamber, gauge_pa } = &self.over else {
+        let Over::Pressure { chamber, gauge_pa, .. } = &self.over else {
             return Predicted::NoSolution("it is a table over time, and says nothing of pressure".to_owned());
         };
         // What arithmetic leaves of a pressure at the end of the table is that end.
@@ -152,7 +173,7 @@ impl Predictor for ImportedModel {
         let value = |i: usize| -> Option<Printed> {
             let si = column(&self.values_si, i)?;
             let std = self.std_si.as_ref().and_then(|table| column(table, i)).unwrap_or(0.0);
-            Some(Printed { si, half_width_si: 2.0 * std })
+            Some(Printed { si, half_width_si: Z95 * std })
         };
         if let Some(values) = (0..self.quantity.width()).map(value).collect::<Option<Vec<_>>>() {
             return Predicted::Value(values);
@@ -273,7 +294,8 @@ impl Prediction {
         let mut notes = vec![lines.to_owned()];
         if model.std_si.is_some() {
             notes.push(
-                "the interval of a prediction is two of the table's standard uncertainties either side".to_owned(),
+                "the interval of a prediction is 1.96 of the table's standard uncertainties either side: 95 %"
+                    .to_owned(),
             );
         }
         Self {

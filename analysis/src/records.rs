@@ -12,13 +12,18 @@ use pneuval_models::catalogue::{LAWS, find, find_law};
 use pneuval_models::materials::LoadCase;
 
 use crate::AnalysisError;
-use crate::response::{TableCensus, Unmet};
+use crate::align::{AlignedRun, Estimate, RunLag, StreamClock};
+use crate::compare::errors::of_measured;
+use crate::response::{
+    Branch, Census, IntervalKind, Response, ResponsePoint, TableCensus, Unmet, Unsure, loop_weights,
+};
 use crate::results::{
-    ActuatorRecord, CensusRecord, ChannelRecord, Comparison, DatasetRecord, FindingRecord, InputRecord, ListingRecord,
-    MaterialRecord, RunMeetingRecord, RunRecord, SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord,
-    TableRecord,
+    ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, Comparison, DatasetRecord, EstimateRecord,
+    FindingRecord, InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, RunMeetingRecord, RunRecord,
+    SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord, TableRecord, WayRecord,
 };
 use crate::study::{Data, Study};
+use crate::uncertainty::pointwise::linear;
 
 /// How far a material's stability is looked at: beyond any stretch of the papers' actuators.
 const STRETCH_MAX: f64 = 4.0;
@@ -163,6 +168,9 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
         used: census.used,
         points: response.points.len(),
         tables: census.tables.iter().map(table).collect(),
+        repeats: response.repeats.clone(),
+        points_apart: response.points.iter().filter(|p| p.is_apart).count(),
+        way: way(response),
     });
     let derived = manifest.derived.iter().map(|d| ChannelRecord {
         id: d.id.clone(),
@@ -184,6 +192,98 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
         lines_skipped: session.lines_skipped(),
         excluded_share_max: manifest.excluded_share_max,
         responses: responses.collect(),
+        alignments: study
+            .alignment
+            .runs
+            .iter()
+            .flat_map(|run| run.clocks.iter().map(|clock| alignment(run, clock)))
+            .collect(),
+        lags: study.alignment.runs.iter().flat_map(|run| run.lags.iter().map(|of_run| lag(run, of_run))).collect(),
+    }
+}
+
+fn estimate(estimate: Estimate) -> EstimateRecord {
+    let Estimate { value, std, half_width } = estimate;
+    EstimateRecord { value, std, lower: value - half_width, upper: value + half_width }
+}
+
+fn alignment(aligned: &AlignedRun, clock: &StreamClock) -> AlignmentRecord {
+    let title = |stream: usize| aligned.run.streams[stream].title();
+    let fit = clock.fit.as_ref().ok();
+    let start = fit.map(|fit| fit.offset_at(clock.start_s - fit.offset.value));
+    AlignmentRecord {
+        run: aligned.run.id.clone(),
+        table: title(clock.stream),
+        reference: title(clock.reference),
+        events: clock.found.1,
+        events_reference: clock.found.0,
+        events_used: fit.map_or(0, |fit| fit.events),
+        offset_s: fit.map(|fit| estimate(fit.offset)),
+        at_s: fit.map(|fit| fit.on_reference(fit.middle_s)),
+        offset_at_start_s: start.map(estimate),
+        start_s: clock.start_s,
+        drift: fit.and_then(|fit| fit.drift).map(estimate),
+        residual_s: fit.map(|fit| fit.residual_s),
+        inflation: fit.map(|fit| fit.inflation),
+        refused: clock.fit.as_ref().err().cloned(),
+    }
+}
+
+fn lag(aligned: &AlignedRun, of_run: &RunLag) -> LagRecord {
+    let found = of_run.found.as_ref().ok();
+    LagRecord {
+        run: aligned.run.id.clone(),
+        quantity: of_run.quantity.clone(),
+        pressure: of_run.pressure.clone(),
+        channel: of_run.channel.clone(),
+        table: aligned.run.streams[of_run.stream].title(),
+        meaning: of_run.meaning.id().to_owned(),
+        value_s: found.map(|lag| lag.value_s),
+        std_s: found.map(|lag| lag.std_s),
+        correlation: found.map(|lag| lag.correlation),
+        refused: of_run.found.as_ref().err().cloned(),
+    }
+}
+
+/// The loop of a response, what is left at zero pressure, and what it gains from cycle to cycle.
+fn way(response: &Response) -> WayRecord {
+    let errors = of_measured(response);
+    let first = |i: usize| response.points[i].measured.as_ref().and_then(|m| m.first()).map_or(f64::NAN, |m| m.si);
+    let width = response.quantity.width();
+    let sum = |weights: &[(usize, f64)]| -> Option<IntervalRecord> {
+        let value: f64 = weights.iter().map(|(i, w)| w * first(*i)).sum();
+        let by = errors.factors.iter().map(|f| weights.iter().map(|(i, w)| w * f.measured[i * width]).sum::<f64>());
+        let moved: Vec<f64> = by.collect();
+        let found = linear(value, &moved, &errors);
+        let is_known = weights.iter().all(|(i, _)| response.points[*i].interval == IntervalKind::Repeats);
+        let ends = |end: f64| Some(end).filter(|_| is_known);
+        value.is_finite().then(|| IntervalRecord { value, lower: ends(found.lower), upper: ends(found.upper) })
+    };
+    let usable = |p: &ResponsePoint| !p.is_apart;
+    let (loop_area_si, no_loop) = match loop_weights(response, &usable) {
+        Ok((weights, _)) => (sum(&weights), None),
+        Err(why) => (None, Some(why.to_owned())),
+    };
+    let zero = |branch: Branch| {
+        let points = response.points.iter().enumerate();
+        let mut here = points.filter(|(_, p)| usable(p) && response.is_zero_reference(p) && p.branch == Some(branch));
+        here.next().map(|(i, _)| i).filter(|_| here.next().is_none())
+    };
+    let residual_at_zero_si = match (zero(Branch::Loading), zero(Branch::Unloading)) {
+        (Some(before), Some(behind)) if width == 1 => sum(&[(behind, 1.0), (before, -1.0)]),
+        _ => None,
+    };
+    let drift = response.drift.map(|drift| drift.per_cycle_si);
+    WayRecord {
+        loop_area_si,
+        no_loop,
+        residual_at_zero_si,
+        drift_per_cycle_si: drift.map(|d| IntervalRecord {
+            value: d.value,
+            lower: Some(d.lower),
+            upper: Some(d.upper),
+        }),
+        drift_cycles: response.drift.map_or(0, |drift| drift.cycles),
     }
 }
 
@@ -306,7 +406,67 @@ pub fn findings(study: &Study) -> Vec<FindingRecord> {
     let unmet = study.responses.iter().zip(&study.censuses).flat_map(|(response, census)| {
         census.unmet.iter().map(|unmet| unmet_plateaus(study.id, session, &response.quantity.id, unmet))
     });
-    session.findings.iter().map(record).chain(unmet).collect()
+    let unsure = study.responses.iter().zip(&study.censuses).flat_map(|(response, census)| {
+        census.unsure.iter().map(|unsure| unsure_plateaus(study.id, session, &response.quantity.id, unsure))
+    });
+    let of_clocks = study.alignment.findings.iter().map(record);
+    let of_readings = study.responses.iter().zip(&study.censuses);
+    let of_readings = of_readings.flat_map(|(response, census)| of_readings_of(study.id, session, response, census));
+    let of_session = session.findings.iter().map(record).chain(of_clocks);
+    of_session.chain(unsure).chain(unmet).chain(of_readings).collect()
+}
+
+/// Runs without a zero, and readings at which something still moves.
+fn of_readings_of(study: &str, session: &Session, response: &Response, census: &Census) -> Vec<FindingRecord> {
+    let quantity = &response.quantity;
+    let finding = |run: &str, kind: finding::FindingKind, severity, count, text| FindingRecord {
+        severity,
+        kind: kind.id().to_owned(),
+        dataset: Some(study.to_owned()),
+        file: session.manifest.runs.iter().find(|spec| spec.id == run).map(|spec| spec.file.clone()),
+        channel: None,
+        count: Some(count),
+        spans: vec![],
+        text,
+    };
+    let untared = census.untared.iter().map(|run| {
+        let text = format!(
+            "{}, run {run}: no reading at zero pressure before the first rise, from which its zero should come; the run is not used",
+            quantity.id
+        );
+        finding(run, finding::FindingKind::Untared, Severity::Lost, 1, text)
+    });
+    let creeping = census.creeping.iter().map(|creep| {
+        let text = format!(
+            "{}, run {}: still moves while it is averaged, at {} of {} points, by {} at most: hold longer, or average a shorter window",
+            quantity.id,
+            creep.run,
+            creep.creeping,
+            creep.readings,
+            crate::format::with_unit(
+                &crate::format::significant(quantity.unit.from_si(creep.largest_si), 2),
+                quantity.unit
+            )
+        );
+        finding(&creep.run, finding::FindingKind::Creeping, Severity::Note, creep.creeping, text)
+    });
+    untared.chain(creeping).collect()
+}
+
+/// Plateaus that are too short for a lag of which nobody knows whose it is. A run that has no other is lost.
+fn unsure_plateaus(study: &str, session: &Session, quantity: &str, unsure: &Unsure) -> FindingRecord {
+    let spec = session.manifest.runs.iter().find(|run| run.id == unsure.run);
+    let file = spec.and_then(|run| unsure.device.as_ref().map_or(Some(&run.file), |device| run.files.get(device)));
+    FindingRecord {
+        severity: if unsure.unsure == unsure.plateaus { Severity::Lost } else { Severity::Excluded },
+        kind: finding::FindingKind::TotalLag.id().to_owned(),
+        dataset: Some(study.to_owned()),
+        file: file.cloned(),
+        channel: None,
+        count: Some(unsure.unsure),
+        spans: vec![],
+        text: format!("{quantity}, {}", unsure.text()),
+    }
 }
 
 /// What is worth knowing of how movements met a prediction.

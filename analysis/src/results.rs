@@ -17,13 +17,15 @@ use pneuval_ingest::manifest::is_id;
 use crate::format;
 
 pub use comparisons::{
-    Comparison, FitRecord, FittedParameter, JudgementRecord, MetricRecord, Point, PointStatus, Standing,
+    BudgetRecord, Comparison, FitRecord, FittedParameter, InputsRecord, JudgementRecord, MetricRecord, Point,
+    PointStatus, Standing, ValidationRecord,
 };
 pub use subjects::{
-    ActuatorRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, InputRecord, ListingRecord,
-    MaterialRecord, QuantityRecord, RunRecord, SessionRecord, SourceFile, StatedRecord, TableRecord,
+    ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, EstimateRecord,
+    InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, QuantityRecord, RunRecord, SessionRecord,
+    SourceFile, StatedRecord, TableRecord, WayRecord,
 };
-pub use trajectory::{Against, AlignmentKind, AlignmentRecord, MeetingRecord, RunMeetingRecord};
+pub use trajectory::{Against, AlignmentKind, MeetingRecord, MovementAlignmentRecord, RunMeetingRecord};
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 3;

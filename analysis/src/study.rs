@@ -8,6 +8,7 @@ use pneuval_ingest::session::Session;
 use pneuval_models::catalogue::{self, Entry};
 
 use crate::AnalysisError;
+use crate::align::Alignment;
 use crate::bounds::Bounds;
 use crate::response::{Census, POINTS_MAX, Response};
 use crate::results::SourceFile;
@@ -60,6 +61,8 @@ pub struct Study<'a> {
     pub input: &'a Input,
     /// What was measured.
     pub responses: Vec<Response>,
+    /// Of a session, its runs on one time each.
+    pub alignment: Alignment<'a>,
     /// Per response of a session, what became of its samples.
     pub censuses: Vec<Census>,
     /// What is compared with it.
@@ -72,35 +75,40 @@ impl<'a> Study<'a> {
     /// The study of an input. A session that asks for no comparison is compared with every model there is.
     ///
     /// # Errors
-    /// [`AnalysisError::TooManyPoints`] for a response that is a trajectory rather than a set of states.
+    /// [`AnalysisError::TooManyPoints`] for a response that is a trajectory rather than a set of states; [`AnalysisError::Ingest`] for one
+    /// whose pressure and motion were stamped by clocks that cannot be set against each other.
     pub fn of(input: &'a Input) -> Result<Self, AnalysisError> {
         match &input.data {
             Data::Published(dataset) => Ok(Self {
                 id: &dataset.id,
                 input,
                 responses: dataset.tables.iter().map(Response::from).collect(),
+                alignment: Alignment::default(),
                 censuses: vec![],
                 comparisons: dataset.comparisons.clone(),
                 statistics: &dataset.statistics,
             }),
             Data::Session(session) => {
                 let manifest = &session.manifest;
+                let alignment = Alignment::of(session)?;
                 let mut responses = Vec::new();
                 let mut censuses = Vec::new();
                 for spec in &manifest.responses {
                     let (response, census) =
-                        Response::from_session(session, spec).map_err(|points| AnalysisError::TooManyPoints {
-                            file: input.file.clone(),
-                            line: spec.line,
-                            quantity: spec.quantity.id.clone(),
-                            points,
-                            limit: POINTS_MAX,
-                            next: match spec.points {
-                                PointRule::Trajectory(_) => {
-                                    "add `every` to `points`: every = 10 takes one of ten samples"
-                                }
-                                _ => "say points = { from = \"plateaus\", … }",
-                            },
+                        Response::from_session(session, &alignment.runs, spec).map_err(|points| {
+                            AnalysisError::TooManyPoints {
+                                file: input.file.clone(),
+                                line: spec.line,
+                                quantity: spec.quantity.id.clone(),
+                                points,
+                                limit: POINTS_MAX,
+                                next: match spec.points {
+                                    PointRule::Trajectory(_) => {
+                                        "add `every` to `points`: every = 10 takes one of ten samples"
+                                    }
+                                    _ => "say points = { from = \"plateaus\", … }",
+                                },
+                            }
                         })?;
                     responses.push(response);
                     censuses.push(census);
@@ -109,7 +117,7 @@ impl<'a> Study<'a> {
                 if comparisons.is_empty() {
                     comparisons = responses.iter().flat_map(|response| every(input, response)).collect();
                 }
-                Ok(Self { id: &manifest.id, input, responses, censuses, comparisons, statistics: &[] })
+                Ok(Self { id: &manifest.id, input, responses, alignment, censuses, comparisons, statistics: &[] })
             }
         }
     }

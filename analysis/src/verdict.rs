@@ -41,8 +41,7 @@ impl Verdict {
 pub enum Basis {
     /// Printed values: the interval is what their last digits leave open; no measurement uncertainty is published.
     PublishedPoint,
-    /// Measured in a session: each point has the 95 % interval of repeats and instruments. The interval of a metric is what it can
-    /// be while every point moves within its own, all at once; it is not itself a 95 % interval.
+    /// Measured in a session: points and metrics have 95 % intervals from repeats, instruments and the model's inputs.
     Session,
 }
 
@@ -51,9 +50,7 @@ impl Basis {
     pub fn label(self) -> &'static str {
         match self {
             Self::PublishedPoint => "published point: no measurement uncertainty published",
-            Self::Session => {
-                "measured session: points' 95 % intervals from repeats and the instruments' declared uncertainty"
-            }
+            Self::Session => "measured session: 95 % intervals from repeats and the instruments' declared uncertainty",
         }
     }
 }

@@ -245,7 +245,7 @@ fn every_fault_is_found_where_it_lies_in_every_format_that_can_carry_it() {
             carried += 1;
             let record = &written[0].faults[0];
             let here = format!("{format:?} {:?} {name}", bag.encoding);
-            if record.expected.is_empty() {
+            if record.expected.is_empty() || record.expected == ["unusual-lag"] {
                 silent.push(here);
                 continue;
             }
@@ -270,7 +270,7 @@ fn every_fault_is_found_where_it_lies_in_every_format_that_can_carry_it() {
         }
     }
     assert!(missed.is_empty(), "{} of {carried}\n{}", missed.len(), missed.join("\n"));
-    // What no single file shows: the clocks of several devices, until they are held against each other.
+    // What no single file shows: the clocks of several devices. `validate` tells them by the lags of several runs.
     assert!(silent.iter().all(|here| here.ends_with("clock-offset") || here.ends_with("clock-drift")), "{silent:?}");
 }
 

@@ -5,6 +5,7 @@
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::IngestError;
 use crate::digest::Digest;
@@ -22,6 +23,7 @@ pub struct RawFile<'a> {
 enum Source<'a> {
     Path(PathBuf),
     Bytes(&'a [u8]),
+    Owned(Arc<[u8]>),
     Folder(PathBuf, Vec<RawFile<'a>>),
     Through(&'a RawFile<'a>, Through),
 }
@@ -97,7 +99,7 @@ impl<'a> RawFile<'a> {
     pub fn parts(&self) -> Option<&[Self]> {
         match &self.source {
             Source::Folder(_, parts) => Some(parts),
-            Source::Path(_) | Source::Bytes(_) | Source::Through(..) => None,
+            Source::Path(_) | Source::Bytes(_) | Source::Owned(_) | Source::Through(..) => None,
         }
     }
 
@@ -109,6 +111,11 @@ impl<'a> RawFile<'a> {
     /// Bytes under a name.
     pub fn of_bytes(name: &str, bytes: &'a [u8]) -> Self {
         Self { name: name.to_owned(), source: Source::Bytes(bytes), bytes: bytes.len() as u64 }
+    }
+
+    /// Bytes under a name, kept with the file.
+    pub fn owned(name: &str, bytes: Arc<[u8]>) -> Self {
+        Self { name: name.to_owned(), bytes: bytes.len() as u64, source: Source::Owned(bytes) }
     }
 
     /// A file as `through` gives its bytes. Its length stays that of the file, which is the most that may come.
@@ -138,6 +145,7 @@ impl<'a> RawFile<'a> {
     pub fn reader(&self) -> Result<Box<dyn Read + '_>, IngestError> {
         Ok(match &self.source {
             Source::Bytes(bytes) => Box::new(*bytes),
+            Source::Owned(bytes) => Box::new(&bytes[..]),
             Source::Through(raw, through) => through(raw)?,
             Source::Folder(..) => return Err(self.failed(std::io::Error::other("it is a folder, not a file"))),
             Source::Path(path) => {
@@ -192,7 +200,7 @@ impl<'a> RawFile<'a> {
         };
         let path = match &self.source {
             Source::Path(path) | Source::Folder(path, _) => path.clone(),
-            Source::Bytes(_) => PathBuf::from(&self.name),
+            Source::Bytes(_) | Source::Owned(_) => PathBuf::from(&self.name),
             Source::Through(raw, _) => return raw.failed(source),
         };
         IngestError::Read { path, source }

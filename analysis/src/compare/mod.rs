@@ -1,12 +1,13 @@
 //! Response and prediction to comparison and verdict: the whole analysis, of published datasets and of sessions alike.
 
+pub(crate) mod errors;
 mod predict;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use pneuval_ingest::error::suggestion;
-use pneuval_ingest::manifest::{ComparisonSpec, Quantity, Statistic};
+use pneuval_ingest::manifest::{Align, ComparisonSpec, Quantity, Statistic};
 
 use predict::unknown_form;
 pub(crate) use predict::{Between, Posed, predict};
@@ -14,18 +15,19 @@ pub(crate) use predict::{Between, Posed, predict};
 use crate::AnalysisError;
 use crate::gate::{judge_comparison, notes, strangers};
 use crate::metrics::{self, Interval, Measure, Metric};
-use crate::pairing::{Knowledge, measure_all, points};
+use crate::pairing::{measure_published, measure_session, points};
 use crate::prediction::Prediction;
 use crate::records;
 use crate::remark::remark;
-use crate::response::{IntervalKind, POINTS_MAX, Response};
+use crate::response::{POINTS_MAX, Response};
 use crate::results::{
-    ActuatorRecord, Against, AlignmentRecord, Comparison, ConditionRecord, FindingRecord, MeetingRecord, MetricRecord,
-    PointStatus, QuantityRecord, Results, SCHEMA_VERSION,
+    ActuatorRecord, Against, Comparison, ConditionRecord, FindingRecord, MeetingRecord, MetricRecord,
+    MovementAlignmentRecord, PointStatus, QuantityRecord, Results, SCHEMA_VERSION,
 };
 use crate::series::Curve;
 use crate::study::{BoundsScope, Input, NO_FORM, Study};
 use crate::trajectory;
+use crate::uncertainty::errors::Errors;
 use crate::verdict::{Basis, Verdict};
 
 /// What `validate` computes: the numbers, and the curves behind the figures.
@@ -119,15 +121,13 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
         // The readers refuse a comparison without its measurement.
         return Err(unknown_form(study, spec, []));
     };
-    let Sides { response, posed: Posed { prediction, fit, .. }, meeting, alignment } =
-        side_by_side(study, spec, response)?;
+    let mut sides = side_by_side(study, spec, response)?;
+    // What moves a prediction moves it where it is predicted: it is turned with it.
+    let mut errors = (response.basis == Basis::Session).then(|| errors::errors(study, &sides.response, &sides.posed));
+    let alignment = sides.align(spec.align, errors.as_mut().map(|(errors, _)| errors));
+    let Sides { response, posed: Posed { prediction, fit, .. }, meeting } = sides;
     let response = response.as_ref();
     let points = points(response, &prediction.at);
-    let kinds = |status| -> Vec<IntervalKind> {
-        let here = (0..points.len()).filter(|&i| points[i].status == status);
-        here.map(|i| response.points[i].interval).collect()
-    };
-    let (used, at_zero) = (kinds(PointStatus::Used), kinds(PointStatus::ZeroReference));
     let mut comparison = blank(study, &spec.quantity, response, &spec.form);
     comparison.title = spec.title.clone().unwrap_or(prediction.title);
     comparison.kind = prediction.kind;
@@ -141,11 +141,21 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
         meeting.as_ref().map_or_else(|| points.len() - count(PointStatus::HoleInPrint), MeetingRecord::n_available);
     comparison.n_used = count(PointStatus::Used);
     comparison.n_without_prediction = count(PointStatus::NoPrediction);
-    comparison.metrics = measure_all(&points, Knowledge::of(&used), Knowledge::of(&at_zero));
+    match errors {
+        None => comparison.metrics = measure_published(&points),
+        Some((errors, inputs)) => {
+            comparison.inputs = inputs;
+            let found = measure_session(&points, response, &errors);
+            (comparison.metrics, comparison.budget) = (found.metrics, found.budget);
+            comparison.validation = found.validation;
+        }
+    }
     comparison.points = points;
     if let Some(too_little) = meeting.as_ref().filter(|meeting| meeting.is_too_little()) {
         let why = format!("too little of the two overlaps: {}", too_little.reach());
         comparison.metrics.iter_mut().for_each(|metric| metric.withhold(&why));
+        comparison.budget.clear();
+        comparison.validation = None;
     }
     (comparison.meeting, comparison.alignment) = (meeting, alignment);
     comparison.remark = remark(study, spec, response, &comparison)?;
@@ -160,16 +170,20 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
 pub(crate) struct Sides<'a> {
     /// With the points at which the two are compared.
     pub response: Cow<'a, Response>,
-    /// With the prediction at those points, as it was moved.
+    /// With the prediction at those points.
     pub posed: Posed<'a>,
     /// How much of a movement meets the prediction.
     pub meeting: Option<MeetingRecord>,
-    /// How the prediction was moved.
-    pub alignment: Option<AlignmentRecord>,
 }
 
-/// A prediction beside what it is compared with: at the points of the response, or where a movement meets it; then moved onto it, if
-/// that is asked for.
+impl Sides<'_> {
+    /// Moves the prediction onto the measurement, if that is asked for, and what moves it with it; how.
+    pub fn align(&mut self, align: Align, errors: Option<&mut Errors>) -> Option<MovementAlignmentRecord> {
+        trajectory::align(align, &self.response, &mut self.posed.prediction, errors)
+    }
+}
+
+/// A prediction beside what it is compared with: at the points of the response, or where a movement meets it. Nothing is moved yet.
 pub(crate) fn side_by_side<'a>(
     study: &'a Study,
     spec: &'a ComparisonSpec,
@@ -198,8 +212,7 @@ pub(crate) fn side_by_side<'a>(
             next: "thin the rows of the prediction: each is a point",
         });
     }
-    let alignment = trajectory::align(spec.align, &response, &mut posed.prediction);
-    Ok(Sides { response, posed, meeting, alignment })
+    Ok(Sides { response, posed, meeting })
 }
 
 /// A comparison before anything is known of it.
@@ -221,6 +234,7 @@ fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comp
         against: response.movement.as_ref().map_or(Against::Pressure, |movement| movement.rule.at.into()),
         meeting: None,
         alignment: None,
+        samples_alone: response.basis == Basis::Session && response.repeats.is_empty(),
         basis: response.basis,
         metrics_printed: false,
         conditions: response
@@ -238,6 +252,9 @@ fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comp
         n_without_prediction: 0,
         points: vec![],
         metrics: vec![],
+        budget: vec![],
+        validation: None,
+        inputs: None,
         judgements: vec![],
         verdict: Verdict::Unjudged,
         counted: true,
@@ -271,6 +288,9 @@ fn stated(study: &Study, statistic: &Statistic) -> Result<Comparison, AnalysisEr
         movement: None,
         columns: vec![],
         texts: vec![],
+        repeats: vec![],
+        instruments: vec![],
+        drift: None,
     };
     let mut comparison = blank(study, &statistic.quantity.id, &response, &statistic.form);
     comparison.title.clone_from(&statistic.title);

@@ -316,7 +316,7 @@ impl<'a> Calibration<'a> {
         let points = self.response.points.iter().enumerate();
         points
             .map(|(i, point)| {
-                let values = value(i).filter(|_| !self.response.is_zero_reference(point))?;
+                let values = value(i).filter(|_| !self.response.is_zero_reference(point) && !point.is_apart)?;
                 Some(Target {
                     pressures_gauge_pa: point.pressures_gauge_pa.clone(),
                     conditions_si: point.conditions.iter().map(|c| c.si).collect(),

@@ -46,7 +46,7 @@ use crate::compare::{Posed, Sides, side_by_side};
 use crate::place::{self, Kind};
 use crate::records;
 use crate::response::Response;
-use crate::results::{AlignmentRecord, FitRecord};
+use crate::results::{FitRecord, MovementAlignmentRecord};
 use crate::study::{Data, NO_FORM, Study};
 use bag::Bag;
 use samples::Samples;
@@ -119,7 +119,7 @@ struct Compared<'a> {
     posed: Posed<'a>,
     /// The response with the points that are compared: of a movement, those at which this form meets it.
     points: Cow<'a, Response>,
-    alignment: Option<AlignmentRecord>,
+    alignment: Option<MovementAlignmentRecord>,
 }
 
 impl Compared<'_> {
@@ -165,7 +165,9 @@ impl<'a> Export<'a> {
                 | Err(
                     error @ (AnalysisError::Fit { .. } | AnalysisError::HoldOut { .. } | AnalysisError::Model { .. }),
                 ) => error,
-                Ok(Sides { response: points, posed, alignment, .. }) => {
+                Ok(mut sides) => {
+                    let alignment = sides.align(spec.align, None);
+                    let Sides { response: points, posed, .. } = sides;
                     compared.push(Compared { response, spec, posed, points, alignment });
                     continue;
                 }
@@ -218,8 +220,9 @@ impl<'a> Export<'a> {
             self.left_out.push(LeftOut::new(format!("points of {}", self.study.id), why.to_owned()));
         }
         let mut topics = BTreeSet::new();
-        for run in &session.runs {
-            let (samples, told) = samples::of_run(self, session, run);
+        for aligned in &self.study.alignment.runs {
+            let run = aligned.run;
+            let (samples, told) = samples::of_run(self, session, aligned);
             for left in told {
                 self.leave_out(left);
             }

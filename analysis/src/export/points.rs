@@ -179,5 +179,6 @@ fn word(status: PointStatus) -> &'static str {
         PointStatus::PredictionNotPrinted => "prediction_not_printed",
         PointStatus::InFit => "in_fit",
         PointStatus::NotCompared => "not_compared",
+        PointStatus::CycleApart => "cycle_apart",
     }
 }

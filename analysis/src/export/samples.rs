@@ -13,6 +13,7 @@ use pneuval_ingest::units::Unit;
 use super::record::LeftOut;
 use super::table::{Head, Origin, Table};
 use super::{Compared, Export, form_of};
+use crate::align::AlignedRun;
 use crate::prediction::{Predicted, Predictor};
 use crate::response::{Response, without_rounding};
 
@@ -28,8 +29,9 @@ pub(super) struct Samples {
 }
 
 /// The tables of a run, and the predictions that are in none of them.
-pub(super) fn of_run(export: &Export, session: &Session, run: &Run) -> (Vec<Samples>, Vec<LeftOut>) {
-    let mut all: Vec<Samples> = (0..run.streams.len()).map(|stream| channels(session, run, stream)).collect();
+pub(super) fn of_run(export: &Export, session: &Session, aligned: &AlignedRun) -> (Vec<Samples>, Vec<LeftOut>) {
+    let run = aligned.run;
+    let mut all: Vec<Samples> = (0..run.streams.len()).map(|stream| channels(session, aligned, stream)).collect();
     let mut left_out = Vec::new();
     for (index, (response, spec)) in export.study.responses.iter().zip(&session.manifest.responses).enumerate() {
         let of_response = export.compared.iter().filter(|compared| compared.response == index);
@@ -60,11 +62,12 @@ pub(super) fn of_run(export: &Export, session: &Session, run: &Run) -> (Vec<Samp
 }
 
 /// Time and channels of a clock, in the order of the manifest.
-fn channels(session: &Session, run: &Run, stream: usize) -> Samples {
+fn channels(session: &Session, aligned: &AlignedRun, stream: usize) -> Samples {
+    let run = aligned.run;
     let mut table = Table::default();
     let clock = &run.streams[stream];
-    if let Some(seconds) = &clock.seconds {
-        let note = clock.epoch.map(|epoch| format!("counts from {epoch}"));
+    if let Some(seconds) = aligned.seconds(stream) {
+        let note = aligned.epoch(stream).map(|epoch| format!("counts from {epoch}"));
         // The name of the store's column, which is the word `time` with its unit.
         let base = TIME.strip_suffix("_s").unwrap_or(TIME);
         table.numbers(Head { note, ..Head::new(base, "Time", Origin::Time) }, Unit::SECOND, seconds.iter().copied());
@@ -84,9 +87,9 @@ fn channels(session: &Session, run: &Run, stream: usize) -> Samples {
         let head = Head { note, ..Head::new(&base, &title(session, id), origin) };
         table.numbers(head, channel.unit, channel.values_si.iter().copied());
     }
+    let origin = aligned.epoch(stream).map(|epoch| epoch.to_string());
     let parts = [clock.device.as_deref().unwrap_or_default(), &clock.name];
     let stream = parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".");
-    let origin = clock.epoch.map(|epoch| epoch.to_string());
     Samples { stream, origin, has_clock: clock.seconds.is_some(), table }
 }
 

@@ -14,6 +14,53 @@ pub struct Census {
     pub tables: Vec<TableCensus>,
     /// Plateaus at which nothing was measured.
     pub unmet: Vec<Unmet>,
+    /// Runs that have no reading to take their zero from.
+    pub untared: Vec<String>,
+    /// What still moved while it was averaged.
+    pub creeping: Vec<Creep>,
+    /// Plateaus that are not read, because a lag leaves open what was measured at them.
+    pub unsure: Vec<Unsure>,
+}
+
+/// Points of a run at which what is measured still moves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Creep {
+    /// The run.
+    pub run: String,
+    /// Its readings, and how many of them move.
+    pub readings: usize,
+    /// Those that move.
+    pub creeping: usize,
+    /// The largest move over a window, in SI units.
+    pub largest_si: f64,
+}
+
+/// Plateaus of a run that are too short for the lag between the clocks or the specimen, of which nobody knows whose it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unsure {
+    /// The run.
+    pub run: String,
+    /// The device of the table; `None`: the run's `file`.
+    pub device: Option<String>,
+    /// The table: its device and topic.
+    pub table: String,
+    /// Plateaus of the run.
+    pub plateaus: usize,
+    /// Those of them that are not read.
+    pub unsure: usize,
+    /// How late the motion may be, in s.
+    pub late_s: f64,
+}
+
+impl Unsure {
+    /// In words.
+    pub fn text(&self) -> String {
+        let Self { run, table, plateaus, unsure, late_s, .. } = self;
+        format!(
+            "run {run}: {table} may be up to {late_s:.3} s late, by its clock or by the specimen; {unsure} of {plateaus} plateaus are not read, \
+             whose windows lie in them only if it is one of the two"
+        )
+    }
 }
 
 /// Samples of one table, of all runs.

@@ -1,13 +1,21 @@
 //! A measured quantity against gauge pressure: where published tables and raw sessions meet.
 
 mod census;
+mod drift;
+mod hysteresis;
 mod plateaus;
 mod readings;
 mod session;
+mod stations;
+mod way;
 
-pub use census::{Census, TableCensus, Unmet};
+pub use census::{Census, Creep, TableCensus, Unmet, Unsure};
+pub use drift::Drift;
+pub use hysteresis::loop_weights;
+pub(crate) use plateaus::GAP_STEPS;
 pub(crate) use plateaus::rounding_s;
 pub use session::{POINTS_MAX, without_rounding};
+pub use way::Branch;
 
 use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity, TrajectoryRule};
 use pneuval_ingest::number::Printed;
@@ -42,6 +50,34 @@ pub struct Response {
     pub columns: Vec<PredictedColumn>,
     /// Every cell of the source as printed, by column name, for sentences on the page; empty for a session.
     pub texts: Vec<(String, Vec<String>)>,
+    /// What is repeated: runs, or the conditioned cycles of a sole run. Of the samples of a movement nothing is.
+    pub repeats: Vec<String>,
+    /// What instruments declare of their errors.
+    pub instruments: Vec<InstrumentError>,
+    /// How the readings move from cycle to cycle.
+    pub drift: Option<Drift>,
+}
+
+/// The declared standard uncertainty of a channel: its error is the same at every point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstrumentError {
+    /// Whose error it is; channels that share it move together.
+    pub source: String,
+    /// What it moves.
+    pub target: Target,
+    /// Standard uncertainty in SI units.
+    pub std_si: f64,
+}
+
+/// What an instrument reads of a response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A component of the measured quantity.
+    Component(usize),
+    /// The pressure of a chamber.
+    Pressure(usize),
+    /// A condition.
+    Condition(usize),
 }
 
 /// Movements that are compared at equal time or arc length.
@@ -72,6 +108,25 @@ pub struct ResponsePoint {
     pub measured: Option<Vec<Printed>>,
     /// What the interval is.
     pub interval: IntervalKind,
+    /// Which way the pressure went, in a session.
+    pub branch: Option<Branch>,
+    /// It belongs to a cycle that is shown and not compared: the first, beside conditioned ones.
+    pub is_apart: bool,
+    /// What each repeat behind it read.
+    pub repeats: Vec<Repeat>,
+}
+
+/// What one repeat read at a point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Repeat {
+    /// Which of the response's repeats.
+    pub index: usize,
+    /// Value of each component.
+    pub measured: Vec<f64>,
+    /// Gauge pressure per chamber, in Pa.
+    pub pressures_gauge_pa: Vec<f64>,
+    /// Value of each condition.
+    pub conditions: Vec<f64>,
 }
 
 /// What the interval of a measured value is.
@@ -126,6 +181,9 @@ impl From<&PublishedTable> for Response {
                 conditions: table.conditions_si[row].clone(),
                 measured: table.measured[row].clone(),
                 interval: IntervalKind::PrintedDigits,
+                branch: None,
+                is_apart: false,
+                repeats: vec![],
             })
             .collect();
         Self {
@@ -142,6 +200,9 @@ impl From<&PublishedTable> for Response {
             movement: None,
             columns: table.predicted.clone(),
             texts: table.texts.clone(),
+            repeats: vec![],
+            instruments: vec![],
+            drift: None,
         }
     }
 }

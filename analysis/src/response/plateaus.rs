@@ -5,7 +5,13 @@ use std::collections::VecDeque;
 use pneuval_ingest::finding::median_step;
 
 /// A step of time longer than so many usual ones ends a stretch: nobody knows what happened in it.
-const GAP_STEPS: f64 = 5.0;
+pub(crate) const GAP_STEPS: f64 = 5.0;
+
+/// So many standard deviations of their sum the last samples of a window may be off before they are on their way elsewhere.
+const MOVING: f64 = 2.0;
+
+/// The standard deviation of normal noise over its median absolute deviation.
+const NORMAL_OF_MEDIAN: f64 = 1.482_602_218_505_602;
 
 /// So many steps of a double may lie between two writings of one instant: the roundings of two stamps, and of what is added to them.
 const STAMP_ROUNDINGS: f64 = 4.0;
@@ -13,6 +19,15 @@ const STAMP_ROUNDINGS: f64 = 4.0;
 /// What rounding leaves open of a difference of two stamps of this size, in s.
 pub(crate) fn rounding_s(stamp_s: f64) -> f64 {
     STAMP_ROUNDINGS * f64::EPSILON * stamp_s.abs()
+}
+
+/// A stretch of steady pressure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plateau {
+    /// The stamp of its first sample, in s.
+    pub from_s: f64,
+    /// The samples of its window, which end it.
+    pub window: Vec<usize>,
 }
 
 /// The ends of stretches in which every channel stays within its tolerance of the middle of its range for long enough.
@@ -27,7 +42,7 @@ pub fn plateaus(
     steady: &[(&[f64], f64)],
     hold_s: f64,
     window_s: f64,
-) -> Vec<Vec<usize>> {
+) -> Vec<Plateau> {
     let stamps: Vec<f64> = usable.iter().map(|&i| seconds[i]).collect();
     let longest_step = median_step(&stamps).map_or(f64::INFINITY, |step| GAP_STEPS * step);
     let largest = stamps.iter().fold(hold_s, |most, stamp| most.max(stamp.abs()));
@@ -56,9 +71,10 @@ pub fn plateaus(
             step < 0.0 || step > longest_step
         };
         if end - start > 1 && last - stamps[start] >= hold_s - slack {
-            let inside = |&&k: &&usize| stamps[k] >= last - window_s - slack;
-            let rows: Vec<usize> = (start..end).collect();
-            found.push(rows.iter().filter(inside).map(|&k| usable[k]).collect());
+            let from = |last: f64| start + stamps[start..end].partition_point(|stamp| *stamp < last - window_s - slack);
+            let stands = still(usable, steady, from(last), end);
+            let window = usable[from(stamps[stands - 1])..stands].to_vec();
+            found.push(Plateau { from_s: stamps[start], window });
             start = end;
             ranges.iter_mut().for_each(Range::clear);
         } else if broken || end == usable.len() {
@@ -74,6 +90,36 @@ pub fn plateaus(
         }
     }
     found
+}
+
+/// Where the end of a stretch still stands: a channel on its way to the next pressure is within the tolerance for a while, and what is
+/// measured may go far in it. The way begins within the noise, so it is the sum over the last samples that tells: with m the median of
+/// the window and s its noise, the last k samples are left out for which |Σ (v - m)|/(s √k) is largest, if it is
+/// [`MOVING`] or more; a quarter of the window at most.
+fn still(usable: &[usize], steady: &[(&[f64], f64)], first: usize, end: usize) -> usize {
+    let window = &usable[first..end];
+    let least = end - window.len() / 4;
+    let stands = |(values, _): &(&[f64], f64)| {
+        let middle = median(window.iter().map(|&i| values[i]).collect());
+        let noise = NORMAL_OF_MEDIAN * median(window.iter().map(|&i| (values[i] - middle).abs()).collect());
+        let (mut sum, mut best) = (0.0, (MOVING, end));
+        for k in (least..end).rev() {
+            sum += values[usable[k]] - middle;
+            let evidence = sum.abs() / (noise * ((end - k) as f64).sqrt());
+            // Without noise every deviation is a movement, and none is none.
+            if evidence >= best.0 {
+                best = (evidence, k);
+            }
+        }
+        best.1
+    };
+    steady.iter().map(stands).min().unwrap_or(end)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    values.select_nth_unstable_by(middle, f64::total_cmp);
+    values[middle]
 }
 
 /// The range of a channel over a moving stretch: smallest and largest at the front of two queues.
@@ -140,8 +186,9 @@ mod tests {
         let usable: Vec<usize> = (0..=40).collect();
         let found = plateaus(&usable, &seconds, &[(&pressure, 100.0)], 0.9, 0.5);
         assert_eq!(found.len(), 2);
-        assert_eq!((found[0].first(), found[0].last()), (Some(&5), Some(&10)));
-        assert_eq!((found[1].first(), found[1].last()), (Some(&35), Some(&40)));
+        assert!(found[0].from_s.abs() < 1e-12 && (found[1].from_s - 2.0).abs() < 0.11, "{found:?}");
+        assert_eq!((found[0].window.first(), found[0].window.last()), (Some(&5), Some(&10)));
+        assert_eq!((found[1].window.first(), found[1].window.last()), (Some(&35), Some(&40)));
         assert!(plateaus(&usable, &seconds, &[(&pressure, 100.0)], 5.0, 0.5).is_empty());
     }
 
@@ -153,7 +200,7 @@ mod tests {
         let usable: Vec<usize> = (0..100).collect();
         let found = plateaus(&usable, &seconds, &[(&pressure, 10.0)], 0.4, 0.2);
         assert_eq!(found.len(), 20);
-        assert!(found.iter().all(|rows| rows.len() == 3), "{found:?}");
+        assert!(found.iter().all(|plateau| plateau.window.len() == 3), "{found:?}");
     }
 
     #[test]
@@ -163,7 +210,7 @@ mod tests {
         let pressure: Vec<f64> = (0..60).map(|i| 1e4 * f64::from(i / 20)).collect();
         let usable: Vec<usize> = (0..60).collect();
         let found = plateaus(&usable, &seconds, &[(&pressure, 100.0)], 1.9, 0.5);
-        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [6, 6, 6]);
+        assert_eq!(found.iter().map(|plateau| plateau.window.len()).collect::<Vec<_>>(), [6, 6, 6]);
         assert!(plateaus(&usable, &seconds, &[(&pressure, 100.0)], 2.0, 0.5).is_empty());
     }
 

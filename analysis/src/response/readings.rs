@@ -1,19 +1,27 @@
 //! From the channels of one run to readings: at every sample, or over every plateau.
 //!
-//! Plateaus are found on the stream of the pressures. What is measured may stand on other streams, if one clock stamped them all: its
-//! reading is then the mean of its own samples that are stamped within the plateau's window, from the first to the last sample of the
-//! window, both included. Nothing is interpolated; a window without a sample is a hole.
+//! Plateaus are found on the stream of the pressures. What is measured may stand on other streams: its reading is then the mean of its
+//! own samples that are stamped within the plateau's window, from the first to the last sample of the window, both included. Nothing is
+//! interpolated; a window without a sample is a hole.
+//!
+//! Where a motion is late and nobody knows whether by its clock or by the specimen, what is stamped within the window was there, or is the
+//! answer to the pressure, so much earlier: a plateau is read only if its window, moved back by that, still lies in it.
 
-use pneuval_ingest::manifest::{Clocks, PointRule, ResponseSpec};
-use pneuval_ingest::session::{Run, Session, Stream};
+use pneuval_ingest::manifest::{PointRule, ResponseSpec};
+use pneuval_ingest::session::Stream;
 
-use super::census::{Census, TableCensus, Unmet};
-use super::plateaus::{plateaus, rounding_s};
+use super::census::{Census, TableCensus, Unmet, Unsure};
+use super::plateaus::{Plateau, plateaus, rounding_s};
+use crate::align::{AlignedRun, Reach};
+
+/// Fewer samples of a window say nothing of how it moves.
+const CREEP_SAMPLES_MIN: usize = 8;
 
 /// Measured conditions so near each other, as a share of the largest, are one setting.
 pub(super) const SETTING_SHARE: f64 = 0.01;
 
 /// A point of one run, before repeats meet.
+#[derive(Debug, Clone)]
 pub(super) struct Reading {
     /// Index of the run.
     pub run: usize,
@@ -24,6 +32,8 @@ pub(super) struct Reading {
     pub conditions: Vec<f64>,
     /// A component without a number makes the reading a hole, which still takes its turn.
     pub measured: Vec<f64>,
+    /// By how much each component moved from the beginning to the end of the window, with its standard uncertainty.
+    pub creep: Vec<Option<(f64, f64)>>,
 }
 
 /// The channels of a run that a response needs.
@@ -39,12 +49,16 @@ pub(super) struct Needed<'a> {
 /// A stream, and every channel needed of it.
 struct Part<'a> {
     stream: &'a Stream,
+    /// Its stamps, on the clock of the pressures where that is known.
+    seconds: Option<&'a [f64]>,
+    /// How late what it shows may be, in s.
+    late_s: f64,
     channels: Vec<&'a [f64]>,
 }
 
 impl Part<'_> {
     fn is_stamped(&self, i: usize) -> bool {
-        self.stream.seconds.as_ref().is_none_or(|seconds| seconds[i].is_finite())
+        self.seconds.is_none_or(|seconds| seconds[i].is_finite())
     }
 
     /// Whether the stamp of a sample counts and all that is needed of it are numbers.
@@ -59,20 +73,33 @@ impl Part<'_> {
 
 impl<'a> Needed<'a> {
     /// `None` if the run lacks a channel, or if its channels cannot be set against each other.
-    pub fn of(session: &Session, run: &'a Run, spec: &ResponseSpec) -> Option<Self> {
+    pub fn of(aligned: &'a AlignedRun, spec: &ResponseSpec) -> Option<Self> {
+        let run = aligned.run;
         let is_one = run.stream_of(spec.channels()).is_some();
-        let may_differ = session.manifest.clocks == Clocks::One && matches!(spec.points, PointRule::Plateaus { .. });
-        if !is_one && !may_differ {
+        if !is_one && !spec.points.is_timed() {
             return None;
         }
-        let first = if is_one { run.stream_of(spec.channels())? } else { run.stream_of(spec.state_channels())? };
-        let mut parts = vec![Part { stream: first, channels: vec![] }];
+        // What is measured may stand alone: a movement at equal time needs no pressure.
+        let lead = if is_one { spec.channels().next()? } else { spec.state_channels().next()? };
+        let state = run.channels.get(lead)?.stream;
+        if !is_one {
+            run.stream_of(spec.state_channels())?;
+        }
+        let mut parts: Vec<Part<'a>> = Vec::new();
+        let mut indices: Vec<usize> = Vec::new();
         let mut take = |id: &str| -> Option<(usize, &'a [f64])> {
             let channel = run.channels.get(id)?;
-            let stream = run.streams.get(channel.stream)?;
-            let at = parts.iter().position(|part| std::ptr::eq(part.stream, stream)).unwrap_or(parts.len());
+            let stream = channel.stream;
+            let at = indices.iter().position(|known| *known == stream).unwrap_or(parts.len());
             if at == parts.len() {
-                parts.push(Part { stream, channels: vec![] });
+                let late_s = match aligned.reach(spec, state, stream) {
+                    Reach::Known => 0.0,
+                    Reach::Late(late_s) => late_s,
+                    Reach::Apart => return None,
+                };
+                let seconds = aligned.seconds(stream);
+                parts.push(Part { stream: run.streams.get(stream)?, seconds, late_s, channels: vec![] });
+                indices.push(stream);
             }
             parts[at].channels.push(&channel.values_si);
             Some((at, channel.values_si.as_slice()))
@@ -104,13 +131,27 @@ impl<'a> Needed<'a> {
     /// The readings of a run, which is number `number`.
     pub fn read(&self, (number, run): (usize, &str), spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
         let first = &self.parts[0];
-        let stretches: Vec<Vec<usize>> = match spec.points {
+        let stretches: Vec<Plateau> = match &spec.points {
             PointRule::Samples { .. } | PointRule::Trajectory(_) => {
-                let every = if let PointRule::Trajectory(rule) = spec.points { rule.every } else { 1 };
-                (0..first.stream.samples).filter(|&i| self.is_state(i)).step_by(every).map(|i| vec![i]).collect()
+                let every = if let PointRule::Trajectory(rule) = &spec.points { rule.every } else { 1 };
+                let stamp = |i: usize| first.seconds.map_or(f64::NAN, |seconds| seconds[i]);
+                let states = (0..first.stream.samples).filter(|&i| self.is_state(i)).step_by(every);
+                states.map(|i| Plateau { from_s: stamp(i), window: vec![i] }).collect()
             }
-            PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
-                let Some(seconds) = &first.stream.seconds else { return vec![] };
+            PointRule::Windows { begin_s, window_s, .. } => {
+                let mut windows = Windows::of(first);
+                let from_s = windows.begin_s();
+                let stretch = |begin: &f64| {
+                    let reach = (from_s + begin, from_s + begin + window_s);
+                    // What stands before a declared window nobody says.
+                    Plateau { from_s: reach.0, window: windows.rows(reach, &mut Census::default()) }
+                };
+                let found: Vec<Plateau> = begin_s.iter().map(stretch).collect();
+                census.unmet.extend(windows.unmet(run));
+                found
+            }
+            &PointRule::Plateaus { tolerance_pa, hold_s, window_s } => {
+                let Some(seconds) = first.seconds else { return vec![] };
                 let mut steady: Vec<(&[f64], f64)> = self.pressures.iter().map(|p| (*p, tolerance_pa)).collect();
                 steady.extend(self.conditions.iter().map(|c| (*c, SETTING_SHARE * largest(c))));
                 plateaus(&first.whole(), seconds, &steady, hold_s, window_s)
@@ -118,10 +159,18 @@ impl<'a> Needed<'a> {
         };
         let mut others: Vec<Windows> = self.parts.iter().skip(1).map(Windows::of).collect();
         let mut readings = Vec::with_capacity(stretches.len());
-        for rows in stretches {
+        for Plateau { from_s, window: rows } in stretches {
             let Some((&start, &end)) = rows.first().zip(rows.last()) else { continue };
+            let stamp = |i: usize| first.seconds.map_or(f64::NAN, |seconds| seconds[i]);
+            // A reading that may belong to what was before the plateau is none, of any component.
+            let mut is_unsure = false;
+            for other in &mut others {
+                is_unsure |= other.is_unsure(from_s, stamp(start));
+            }
+            if is_unsure {
+                continue;
+            }
             census.used += rows.iter().filter(|&&i| first.is_whole(i)).count();
-            let stamp = |i: usize| first.stream.seconds.as_ref().map_or(f64::NAN, |seconds| seconds[i]);
             let mut of_parts = vec![rows];
             for other in &mut others {
                 of_parts.push(other.rows((stamp(start), stamp(end)), census));
@@ -134,10 +183,31 @@ impl<'a> Needed<'a> {
                 pressures: self.pressures.iter().map(|c| mean(c, rows)).collect(),
                 conditions: self.conditions.iter().map(|c| mean(c, rows)).collect(),
                 measured: self.measured.iter().map(|(part, c)| mean(c, &of_parts[*part])).collect(),
+                creep: self.measured.iter().map(|(part, c)| self.creep(*part, c, &of_parts[*part])).collect(),
             });
         }
+        census.unsure.extend(others.iter().filter_map(|other| other.unsure(run)));
         census.unmet.extend(others.into_iter().filter_map(|other| other.unmet(run)));
         readings
+    }
+}
+
+impl Needed<'_> {
+    /// By how much a channel moves over the samples of a window: the slope of the straight line through them times their span, with
+    /// the standard uncertainty that their scatter about the line gives.
+    fn creep(&self, part: usize, values: &[f64], rows: &[usize]) -> Option<(f64, f64)> {
+        let seconds = self.parts[part].stream.seconds.as_ref()?;
+        if rows.len() < CREEP_SAMPLES_MIN {
+            return None;
+        }
+        let n = rows.len() as f64;
+        let (t0, y0) = (mean(seconds, rows), mean(values, rows));
+        let sum = |of: &dyn Fn(f64, f64) -> f64| rows.iter().map(|&i| of(seconds[i] - t0, values[i] - y0)).sum::<f64>();
+        let (tt, ty, yy) = (sum(&|t, _| t * t), sum(&|t, y| t * y), sum(&|_, y| y * y));
+        let slope = ty / tt;
+        let span = seconds[*rows.last()?] - seconds[*rows.first()?];
+        let scatter = ((yy - slope * ty).max(0.0) / (n - 2.0) / tt).sqrt();
+        slope.is_finite().then_some((slope * span, scatter * span))
     }
 }
 
@@ -153,14 +223,23 @@ struct Windows<'a> {
     /// Windows, and those of them in which nothing lay.
     asked: usize,
     empty: usize,
+    /// How late its samples may be, in s, and plateaus that are too short for that.
+    late_s: f64,
+    too_short: usize,
 }
 
 impl<'a> Windows<'a> {
     fn of(part: &Part<'a>) -> Self {
-        let seconds = part.stream.seconds.as_deref().unwrap_or_default();
+        let seconds = part.seconds.unwrap_or_default();
         // Without stamps nothing lies in any window.
-        let whole = if part.stream.seconds.is_some() { part.whole() } else { vec![] };
-        Self { stream: part.stream, seconds, whole, passed: 0, reach_s: None, asked: 0, empty: 0 }
+        let whole = if part.seconds.is_some() { part.whole() } else { vec![] };
+        let late_s = part.late_s;
+        Self { stream: part.stream, seconds, whole, passed: 0, reach_s: None, asked: 0, empty: 0, late_s, too_short: 0 }
+    }
+
+    /// The first stamp that counts.
+    fn begin_s(&self) -> f64 {
+        self.whole.first().map_or(0.0, |&i| self.seconds[i])
     }
 
     /// The samples stamped from `first_s` to `last_s`. Stamps that count never go back.
@@ -176,6 +255,25 @@ impl<'a> Windows<'a> {
         self.asked += 1;
         self.empty += usize::from(begin == end);
         self.whole[begin..end].to_vec()
+    }
+
+    /// Whether what is stamped in a window may belong to what was before its plateau.
+    fn is_unsure(&mut self, from_s: f64, first_s: f64) -> bool {
+        let unsure = first_s - self.late_s < from_s - rounding_s(first_s);
+        self.too_short += usize::from(unsure);
+        unsure
+    }
+
+    /// Plateaus that are too short for the lag.
+    fn unsure(&self, run: &str) -> Option<Unsure> {
+        (self.too_short > 0).then(|| Unsure {
+            run: run.to_owned(),
+            device: self.stream.device.clone(),
+            table: self.stream.title(),
+            plateaus: self.asked + self.too_short,
+            unsure: self.too_short,
+            late_s: self.late_s,
+        })
     }
 
     /// Plateaus at which nothing was stamped.

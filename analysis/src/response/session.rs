@@ -1,26 +1,26 @@
 //! From the channels of a session to points of a response.
 //!
-//! Every sample of a log of steady states is a point, or every plateau of the pressure is: the mean over its end. Points of
-//! several runs at equal pressure and conditions are repeats of one point.
+//! Every sample of a log of steady states is a point, or every plateau of the pressure is, or every declared window: the mean over it.
+//! Points of several runs at equal pressure and conditions on the same branch are repeats of one station.
 //!
-//! With n >= 2 repeats of mean m and standard deviation s the interval of m is
-//! `± √((t s/√n)² + (2 u)²)`, t the 97.5 % quantile of Student's distribution with n - 1 degrees of freedom and u the standard
-//! uncertainty of the instrument: at least about 95 %. The instrument's error is taken as common to the repeats, so it does not
-//! shrink with their number. One repeat has no scatter: `± 2 u`, or nothing at all. Repeats that agree to the last digit on an
-//! instrument that declares nothing say nothing of how sure they are, and have no interval either.
+//! With n >= 2 repeats of mean m and standard deviation s the interval of m has the half width that
+//! [`half_width`](crate::uncertainty::coverage::half_width) gives of s²/n and u², u the standard uncertainty of the instrument: 95 %.
+//! The instrument's error is taken as common to the repeats, so it does not shrink with their number. One repeat has no scatter:
+//! `± 1.96 u`, or nothing at all. Repeats that agree to the last digit on an instrument that declares nothing say nothing of how
+//! sure they are, and have no interval either.
 
-use std::collections::HashMap;
-
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
-use pneuval_ingest::manifest::{Condition, PointRule, ResponseSpec};
+use pneuval_ingest::manifest::{Branches, Condition, PointRule, ResponseSpec};
 use pneuval_ingest::number::Printed;
 use pneuval_ingest::session::Session;
 
-use super::census::Census;
-use super::readings::{Needed, Reading, SETTING_SHARE};
-use super::{IntervalKind, Movement, Response, ResponsePoint};
+use super::census::{Census, Creep};
+use super::drift::{drift, mean_reading};
+use super::readings::{Needed, Reading};
+use super::stations::{Placed, Repeats, is_apart, place, stations};
+use super::{InstrumentError, IntervalKind, Movement, Repeat, Response, ResponsePoint, Target};
+use crate::align::AlignedRun;
 use crate::trajectory::{Path, Sample};
+use crate::uncertainty::coverage::half_width;
 use crate::verdict::Basis;
 
 /// Points of a response at most: beyond it a log is a trajectory, not a set of steady states.
@@ -32,20 +32,32 @@ const ZERO_SHARE: f64 = 0.005;
 /// So near zero, as a share of the largest, a pressure is what rounding leaves of a difference, and is zero.
 const ROUNDING_SHARE: f64 = 1e-9;
 
+/// The pressure turns where it comes back by so much, as a share of the largest: of plateaus, and of single samples, which are noisy.
+const TURN_SHARE: f64 = 0.01;
+const TURN_SHARE_SAMPLES: f64 = 0.03;
+
+/// What moves over its window by more than this share of the measured range, and by more than its scatter explains, creeps.
+const CREEP_SHARE: f64 = 0.01;
+const CREEP_STDS: f64 = 4.0;
+
 impl Response {
-    /// The response that a session declares, and what became of its samples.
+    /// The response that a session declares, from its runs as they were aligned, and what became of its samples.
     ///
     /// # Errors
     /// The number of readings, if they are more than [`POINTS_MAX`] per run.
-    pub fn from_session(session: &Session, spec: &ResponseSpec) -> Result<(Self, Census), usize> {
+    pub fn from_session(
+        session: &Session,
+        aligned: &[AlignedRun],
+        spec: &ResponseSpec,
+    ) -> Result<(Self, Census), usize> {
         let (names, runs): (Vec<&str>, Vec<Needed>) =
-            session.runs.iter().filter_map(|run| Some((run.id.as_str(), Needed::of(session, run, spec)?))).unzip();
+            aligned.iter().filter_map(|aligned| Some((aligned.run.id.as_str(), Needed::of(aligned, spec)?))).unzip();
         let mut census = Census::default();
         for needed in &runs {
             needed.count(&mut census);
         }
         let states = census.samples - census.holes;
-        let samples_per_point = match spec.points {
+        let samples_per_point = match &spec.points {
             PointRule::Samples { .. } => Some(1),
             PointRule::Trajectory(rule) if spec.points.path().is_none() => Some(rule.every),
             _ => None,
@@ -62,28 +74,52 @@ impl Response {
         for pressure in readings.iter_mut().flat_map(|r| &mut r.pressures) {
             *pressure = without_rounding(*pressure, rounding_pa);
         }
-        let same_within_pa = match spec.points {
-            PointRule::Samples { same_within_pa } => same_within_pa,
-            PointRule::Trajectory(_) => 0.0,
-            PointRule::Plateaus { tolerance_pa, .. } => tolerance_pa,
-        };
         let std_si = std_of(session, spec);
         let mut movement = None;
-        let points = match spec.points {
-            PointRule::Trajectory(rule) if spec.points.path().is_some() => {
-                movement = Some(Movement { rule, std_si, paths: paths(readings, &names) });
-                vec![]
-            }
-            // Loading and unloading, run by run: no sample is a repeat of another.
-            PointRule::Trajectory(_) => {
-                readings.into_iter().filter_map(|reading| point(&[reading], &std_si, &names)).collect()
-            }
-            _ => points(readings, same_within_pa, &std_si, &names),
+        if let (PointRule::Trajectory(rule), Some(_)) = (&spec.points, spec.points.path()) {
+            let paths = paths(std::mem::take(&mut readings), &names);
+            movement = Some(Movement { rule: *rule, std_si: std_si.clone(), paths });
+        }
+        let zero_within_pa = spec.zero_within_pa.unwrap_or(ZERO_SHARE * largest);
+        let same_within_pa = spec.points.same_within_pa();
+        let turn = if spec.points.is_timed() { TURN_SHARE } else { TURN_SHARE_SAMPLES };
+        let turn_pa = match spec.branches {
+            Branches::Apart => (turn * largest).max(1.5 * same_within_pa),
+            Branches::Together => f64::INFINITY,
         };
+        let before = session.manifest.specimen.as_ref().and_then(|specimen| specimen.cycles_before);
+        // Rows of a table of states are no cycles of load unless somebody says so.
+        let before = if spec.points.is_timed() { before } else { before.or(Some(1)) };
+        let mut placed = place(readings, turn_pa, before);
+        if spec.tare_at_zero {
+            census.untared = tare(&mut placed, zero_within_pa, &names);
+        }
+        census.creeping = creeping(&placed, &names);
+        let drift = drift(&cycle_means(&placed));
+        let repeats = Repeats::of(&placed, &names);
+        let is_movement = matches!(spec.points, PointRule::Trajectory(_));
+        let any_first = placed.iter().any(|p| p.is_first);
+        // Run by run: no sample of a movement is a repeat of another.
+        let groups = if is_movement {
+            placed.into_iter().map(|one| vec![one]).collect()
+        } else {
+            stations(placed, same_within_pa)
+        };
+        let points: Vec<ResponsePoint> = groups
+            .iter()
+            .filter_map(|group| {
+                let apart = is_apart(group.first()?.is_first, any_first, spec.cycles);
+                point(group, &std_si, &names, &repeats, apart)
+            })
+            .collect();
         if points.len() > POINTS_MAX {
             return Err(points.len());
         }
-        let zero_within_pa = spec.zero_within_pa.unwrap_or(ZERO_SHARE * largest);
+        let mut instruments = instruments(session, spec);
+        if movement.is_some() {
+            // What is predicted for an instant has no slope over the pressure.
+            instruments.retain(|i| matches!(i.target, Target::Component(_)));
+        }
         let response = Self {
             quantity: spec.quantity.clone(),
             basis: Basis::Session,
@@ -98,6 +134,9 @@ impl Response {
             movement,
             columns: vec![],
             texts: vec![],
+            repeats: if is_movement { vec![] } else { repeats.names },
+            instruments,
+            drift,
         };
         Ok((response, census))
     }
@@ -117,7 +156,7 @@ fn source(session: &Session, spec: &ResponseSpec) -> String {
     if spec.pressure.iter().any(|(channel, _)| channels(channel)) {
         source += "; the pressure is commanded, not measured";
     }
-    if let PointRule::Trajectory(rule) = spec.points
+    if let PointRule::Trajectory(rule) = &spec.points
         && rule.every > 1
     {
         source.extend(["; one of every ", &rule.every.to_string(), " samples"]);
@@ -154,109 +193,162 @@ fn paths(readings: Vec<Reading>, runs: &[&str]) -> Vec<Path> {
     paths
 }
 
-/// Readings at equal pressures and conditions.
-#[derive(Default)]
-struct Alike {
-    /// Their groups, in order.
-    groups: Vec<usize>,
-    /// How many of them each run has joined.
-    joined: HashMap<usize, usize>,
+/// What the instruments of the channels of a response declare.
+fn instruments(session: &Session, spec: &ResponseSpec) -> Vec<InstrumentError> {
+    let of = |(target, id): (Target, &String)| {
+        let std_si = session.runs.iter().find_map(|run| run.channels.get(id))?.std_si?;
+        let channel = session.manifest.channels.iter().find(|c| c.id == *id);
+        let name = channel.and_then(|c| c.instrument.as_ref());
+        let instrument = name.and_then(|name| session.rig.as_ref()?.instruments.get(name));
+        let source = match (name, instrument) {
+            (Some(name), Some(instrument)) if instrument.shared_calibration => name.clone(),
+            (Some(name), _) => format!("{name} of {id}"),
+            (None, _) => format!("instruments behind {id}"),
+        };
+        Some(InstrumentError { source, target, std_si })
+    };
+    let components = spec.measured.iter().enumerate().map(|(i, id)| (Target::Component(i), id));
+    let pressures = spec.pressure.iter().enumerate().map(|(i, (id, _))| (Target::Pressure(i), id));
+    let conditions = spec.conditions.iter().enumerate().map(|(i, c)| (Target::Condition(i), &c.channel));
+    components.chain(pressures).chain(conditions).filter_map(of).collect()
 }
 
-/// Readings of several runs at equal pressure and conditions become one point: the first of each run meets the first of the
-/// others, the second the second, whether or not anything was measured at it. Equal is to the bit for logged states; else
-/// within the tolerance, and conditions within 1 % of the largest.
-fn points(readings: Vec<Reading>, same_within_pa: f64, std_si: &[Option<f64>], runs: &[&str]) -> Vec<ResponsePoint> {
-    let mut groups: Vec<Vec<Reading>> = Vec::new();
-    if same_within_pa > 0.0 {
-        let settings = readings.first().map_or(0, |r| r.conditions.len());
-        let near: Vec<f64> = (0..settings)
-            .map(|i| SETTING_SHARE * readings.iter().map(|r| r.conditions[i].abs()).fold(0.0, f64::max))
-            .collect();
-        for reading in readings {
-            let meets = |group: &&mut Vec<Reading>| {
-                let Some(first) = group.first() else { return false };
-                let pressures = first.pressures.iter().zip(&reading.pressures);
-                let conditions = first.conditions.iter().zip(&reading.conditions).zip(&near);
-                pressures.into_iter().all(|(a, b)| (a - b).abs() <= same_within_pa)
-                    && conditions.into_iter().all(|((a, b), near)| (a - b).abs() <= *near)
-                    && group.iter().all(|r| r.run != reading.run)
-            };
-            match groups.iter_mut().find(meets) {
-                Some(group) => group.push(reading),
-                None => groups.push(vec![reading]),
-            }
+/// Takes the mean reading at zero pressure before the first rise of each run as its zero; the runs that have none, which are left
+/// without readings: what was not tared must not be compared with what was.
+fn tare(placed: &mut [Placed], zero_within_pa: f64, names: &[&str]) -> Vec<String> {
+    let mut untared = Vec::new();
+    for (run, name) in names.iter().enumerate() {
+        let is_of = |p: &Placed| p.reading.run == run;
+        let width = placed.iter().find(|p| is_of(p)).map_or(0, |p| p.reading.measured.len());
+        let is_zero = |p: &&Placed| p.reading.pressures.iter().all(|p| p.abs() <= zero_within_pa);
+        let before: Vec<&Reading> =
+            placed.iter().filter(|p| is_of(p)).take_while(is_zero).map(|p| &p.reading).collect();
+        let zero: Vec<f64> =
+            (0..width).map(|i| before.iter().map(|r| r.measured[i]).sum::<f64>() / before.len() as f64).collect();
+        if zero.iter().any(|z| !z.is_finite()) {
+            untared.push((*name).to_owned());
         }
-    } else {
-        let mut alike: HashMap<Vec<u64>, Alike> = HashMap::new();
-        for reading in readings {
-            // Adding zero makes a negative zero a positive one.
-            let bits = |v: &f64| (v + 0.0).to_bits();
-            let key = reading.pressures.iter().chain(&reading.conditions).map(bits).collect();
-            let here = alike.entry(key).or_default();
-            let turn = here.joined.entry(reading.run).or_default();
-            if let Some(&group) = here.groups.get(*turn) {
-                groups[group].push(reading);
-            } else {
-                here.groups.push(groups.len());
-                groups.push(vec![reading]);
-            }
-            *turn += 1;
+        for one in placed.iter_mut().filter(|p| is_of(p)) {
+            one.reading.measured.iter_mut().zip(&zero).for_each(|(value, zero)| *value -= zero);
         }
     }
-    groups.iter().filter_map(|group| point(group, std_si, runs)).collect()
+    untared
 }
 
-fn point(group: &[Reading], std_si: &[Option<f64>], runs: &[&str]) -> Option<ResponsePoint> {
-    let whole: Vec<&Reading> = group.iter().filter(|r| r.measured.iter().all(|v| v.is_finite())).collect();
+/// Runs at whose readings something still moves.
+fn creeping(placed: &[Placed], names: &[&str]) -> Vec<Creep> {
+    let width = placed.first().map_or(0, |p| p.reading.measured.len());
+    let range = |i: usize| {
+        let values = placed.iter().map(|p| p.reading.measured[i]).filter(|v| v.is_finite());
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        high - low
+    };
+    let limits: Vec<f64> = (0..width).map(|i| CREEP_SHARE * range(i)).collect();
+    let moves = |reading: &Reading| {
+        let creeps = reading.creep.iter().zip(&limits).filter_map(|(creep, limit)| {
+            let (by, std) = (*creep)?;
+            (by.abs() > *limit && by.abs() > CREEP_STDS * std).then_some(by)
+        });
+        creeps.max_by(|a, b| a.abs().total_cmp(&b.abs()))
+    };
+    let of_run = |(run, name): (usize, &&str)| {
+        let here = || placed.iter().filter(|p| p.reading.run == run).map(|p| &p.reading);
+        let moving: Vec<f64> = here().filter_map(moves).collect();
+        let largest_si = moving.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+        Some(Creep { run: (*name).to_owned(), readings: here().count(), creeping: moving.len(), largest_si })
+    };
+    names.iter().enumerate().filter_map(of_run).collect()
+}
+
+/// The conditioned cycles of all runs one after the other: the number of each and the mean of its readings.
+fn cycle_means(placed: &[Placed]) -> Vec<(f64, f64)> {
+    let mut cycles: Vec<(usize, usize)> = placed.iter().map(|p| (p.reading.run, p.cycle)).collect();
+    cycles.dedup();
+    let of = |(number, &(run, cycle)): (usize, &(usize, usize))| {
+        let here = || placed.iter().filter(move |p| (p.reading.run, p.cycle) == (run, cycle));
+        let is_first = here().any(|p| p.is_first);
+        Some((number as f64, mean_reading(here().map(|p| &p.reading))?, here().count())).filter(|_| !is_first)
+    };
+    let found: Vec<(f64, f64, usize)> = cycles.iter().enumerate().filter_map(of).collect();
+    // Means over different stations are no drift.
+    let most = found.iter().map(|(.., n)| *n).max().unwrap_or(0);
+    found.into_iter().filter(|(.., n)| *n == most).map(|(number, mean, _)| (number, mean)).collect()
+}
+
+/// The point of a station; `None` where nothing was measured at it.
+fn point(
+    group: &[Placed],
+    std_si: &[Option<f64>],
+    runs: &[&str],
+    repeats: &Repeats,
+    is_apart: bool,
+) -> Option<ResponsePoint> {
+    let whole: Vec<&Placed> = group.iter().filter(|p| p.reading.measured.iter().all(|v| v.is_finite())).collect();
     let first = *whole.first()?;
-    let n = whole.len() as f64;
+    let width = first.reading.measured.len();
+    // The mean over the cycles of each repeat.
+    let mut indices: Vec<usize> = whole.iter().map(|one| repeats.index(one)).collect();
+    indices.sort_unstable();
+    indices.dedup();
+    let of_repeat = |index: usize| {
+        let here: Vec<&Reading> = whole.iter().filter(|p| repeats.index(p) == index).map(|p| &p.reading).collect();
+        let mean = |of: fn(&Reading) -> &Vec<f64>| -> Vec<f64> {
+            let sum = |i: usize| here.iter().map(|r| of(r)[i]).sum::<f64>();
+            (0..of(here[0]).len()).map(|i| sum(i) / here.len() as f64).collect()
+        };
+        Repeat {
+            index,
+            measured: mean(|r| &r.measured),
+            pressures_gauge_pa: mean(|r| &r.pressures),
+            conditions: mean(|r| &r.conditions),
+        }
+    };
+    let values: Vec<Repeat> = indices.into_iter().map(of_repeat).collect();
+    let n = values.len();
     let mean = |of: fn(&Reading) -> &Vec<f64>| -> Vec<f64> {
-        (0..of(first).len()).map(|i| whole.iter().map(|r| of(r)[i]).sum::<f64>() / n).collect()
+        let sum = |i: usize| whole.iter().map(|p| of(&p.reading)[i]).sum::<f64>();
+        (0..of(&first.reading).len()).map(|i| sum(i) / whole.len() as f64).collect()
     };
     let instrument = |i: usize| std_si.get(i).copied().flatten();
-    let measured = (0..first.measured.len())
+    let measured: Vec<Printed> = (0..width)
         .map(|i| {
-            let mean = whole.iter().map(|r| r.measured[i]).sum::<f64>() / n;
-            let declared = 2.0 * instrument(i).unwrap_or(0.0);
-            let half_width_si = if whole.len() < 2 {
-                declared
-            } else {
-                let variance = whole.iter().map(|r| (r.measured[i] - mean).powi(2)).sum::<f64>() / (n - 1.0);
-                (student_975(whole.len() - 1)? * (variance / n).sqrt()).hypot(declared)
-            };
+            let mean = values.iter().map(|r| r.measured[i]).sum::<f64>() / n as f64;
+            let squares: f64 = values.iter().map(|r| (r.measured[i] - mean).powi(2)).sum();
+            let scatter = if n < 2 { 0.0 } else { squares / ((n - 1) * n) as f64 };
+            let half_width_si = half_width(scatter, instrument(i).unwrap_or(0.0).powi(2), n);
             // Beyond what a double can hold nothing is known: not a number, which is never judged.
             let si = if half_width_si.is_finite() { mean } else { f64::NAN };
-            Some(Printed { si, half_width_si })
+            Printed { si, half_width_si }
         })
-        .collect::<Option<Vec<_>>>()?;
+        .collect();
     let widths = measured.iter().all(|m| m.half_width_si > 0.0);
-    let interval = if whole.len() >= 2 && widths {
+    let interval = if n >= 2 && widths {
         IntervalKind::Repeats
-    } else if (0..first.measured.len()).all(|i| instrument(i).is_some()) {
+    } else if (0..width).all(|i| instrument(i).is_some()) {
         IntervalKind::Instrument
     } else {
         IntervalKind::Unknown
     };
+    let mut of_runs: Vec<&str> = whole.iter().filter_map(|p| runs.get(p.reading.run).copied()).collect();
+    of_runs.dedup();
     Some(ResponsePoint {
-        line: first.line,
-        runs: whole.iter().filter_map(|r| runs.get(r.run)).map(|run| (*run).to_owned()).collect(),
+        line: first.reading.line,
+        runs: of_runs.into_iter().map(str::to_owned).collect(),
         pressures_gauge_pa: mean(|r| &r.pressures),
         at: None,
         conditions: mean(|r| &r.conditions).into_iter().map(|si| Printed { si, half_width_si: 0.0 }).collect(),
         measured: Some(measured),
         interval,
+        branch: Some(first.branch),
+        is_apart,
+        repeats: values,
     })
-}
-
-/// The 97.5 % quantile of Student's distribution; `None` without degrees of freedom.
-fn student_975(freedom: usize) -> Option<f64> {
-    StudentsT::new(0.0, 1.0, freedom as f64).ok().map(|t| t.inverse_cdf(0.975))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::uncertainty::coverage::Z95;
 
     fn reading(run: usize, pressure: f64, value: f64) -> Reading {
         Reading {
@@ -266,7 +358,20 @@ mod tests {
             pressures: vec![pressure],
             conditions: vec![],
             measured: vec![value],
+            creep: vec![None],
         }
+    }
+
+    fn points(
+        readings: Vec<Reading>,
+        same_within_pa: f64,
+        std_si: &[Option<f64>],
+        runs: &[&str],
+    ) -> Vec<ResponsePoint> {
+        let placed = place(readings, 300.0, None);
+        let repeats = Repeats::of(&placed, runs);
+        let groups = stations(placed, same_within_pa);
+        groups.iter().filter_map(|group| point(group, std_si, runs, &repeats, false)).collect()
     }
 
     fn value(point: &ResponsePoint) -> Printed {
@@ -285,7 +390,7 @@ mod tests {
         assert_eq!((found[1].interval, value(&found[1]).half_width_si), (IntervalKind::Unknown, 0.0));
         let found = points(vec![reading(0, 1e4, 1.0)], 0.0, &[Some(0.25)], &RUNS);
         assert_eq!(found[0].interval, IntervalKind::Instrument);
-        assert!((value(&found[0]).half_width_si - 0.5).abs() < 1e-15);
+        assert!((value(&found[0]).half_width_si - 0.25 * Z95).abs() < 1e-15);
     }
 
     #[test]

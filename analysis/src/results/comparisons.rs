@@ -3,9 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Against, AlignmentRecord, ConditionRecord, MeetingRecord, QuantityRecord};
+use super::{Against, ConditionRecord, MeetingRecord, MovementAlignmentRecord, QuantityRecord};
 use crate::bounds::Bound;
 use crate::metrics::{Interval, Measure, Metric};
+use crate::response::Branch;
+use crate::uncertainty::errors::Cause;
+use crate::uncertainty::intervals::Method;
 use crate::verdict::{Basis, Verdict, is_as_expected};
 
 /// One prediction against one measurement.
@@ -43,7 +46,9 @@ pub struct Comparison {
     /// Of a movement at equal time or arc length, how much of it meets the prediction.
     pub meeting: Option<MeetingRecord>,
     /// How the prediction was moved onto the measurement first; null: not at all.
-    pub alignment: Option<AlignmentRecord>,
+    pub alignment: Option<MovementAlignmentRecord>,
+    /// Every point is one sample of one run, of which no other is a repeat: those of a movement.
+    pub samples_alone: bool,
     /// Ground of the intervals.
     pub basis: Basis,
     /// The metrics are printed in the source, without the points behind them: nobody can compute them again.
@@ -62,6 +67,12 @@ pub struct Comparison {
     pub points: Vec<Point>,
     /// Every metric.
     pub metrics: Vec<MetricRecord>,
+    /// What makes the uncertainty of the residuals; empty for published points.
+    pub budget: Vec<BudgetRecord>,
+    /// What the comparison says of the model as ASME V&V 20 asks; null for published points.
+    pub validation: Option<ValidationRecord>,
+    /// What became of uncertain inputs of the model; null where none is declared.
+    pub inputs: Option<InputsRecord>,
     /// Every bound with its verdict.
     pub judgements: Vec<JudgementRecord>,
     /// The verdict of the bound that decides.
@@ -126,6 +137,8 @@ pub enum PointStatus {
     InFit,
     /// No model predicts this quantity.
     NotCompared,
+    /// In a cycle that is shown and not compared: the first, beside conditioned ones.
+    CycleApart,
 }
 
 /// A point of a comparison.
@@ -136,6 +149,10 @@ pub struct Point {
     pub line: usize,
     /// Runs whose repeats it is the mean of; empty for a printed point.
     pub runs: Vec<String>,
+    /// Which way the pressure went; null for a printed point.
+    pub branch: Option<Branch>,
+    /// Repeats behind it: runs, or conditioned cycles of a sole run; 0 for a printed point.
+    pub repeats: usize,
     /// Gauge pressure per chamber, Pa.
     pub pressures_gauge_pa: Vec<f64>,
     /// Share of the largest pressure in size, -1 to 1.
@@ -168,10 +185,16 @@ pub struct MetricRecord {
     pub metric: Metric,
     /// Value, SI units or share; null where it cannot be formed.
     pub value: Option<f64>,
-    /// Lower end of what the printed digits leave open.
+    /// Lower end of its interval: of what printed digits leave open, or 95 % of a session.
     pub lower: Option<f64>,
     /// Upper end.
     pub upper: Option<f64>,
+    /// Before what the errors of the points add was taken off: of an RMSE in a session.
+    pub uncorrected: Option<f64>,
+    /// The share of each row of the budget in its variance; empty where there is none.
+    pub shares: Vec<f64>,
+    /// How the interval of a session's metric was found.
+    pub method: Option<Method>,
     /// Why there is no value.
     pub undefined: Option<String>,
     /// Where some points have no prediction, or too few meet it: the metric over the others. Never judged.
@@ -207,6 +230,9 @@ impl MetricRecord {
             value: None,
             lower: None,
             upper: None,
+            uncorrected: None,
+            shares: vec![],
+            method: None,
             undefined: None,
             over_predicted_points: None,
             single_repeat: false,
@@ -229,15 +255,72 @@ impl MetricRecord {
             _ => Measure::Undefined("stored without a value"),
         }
     }
-}
 
-impl MetricRecord {
     /// Keeps a value from being taken for that of the whole: it is told as one over some points, and never judged.
     pub fn withhold(&mut self, why: &str) {
-        self.over_predicted_points = self.value.take().or(self.over_predicted_points);
-        (self.lower, self.upper) = (None, None);
+        let told = self.uncorrected.take().or(self.value);
+        self.value = None;
+        self.over_predicted_points = told.or(self.over_predicted_points);
+        (self.lower, self.upper, self.method) = (None, None, None);
+        self.shares.clear();
         self.undefined.get_or_insert_with(|| why.to_owned());
     }
+}
+
+/// A source of uncertainty of the residuals.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BudgetRecord {
+    /// Which: an instrument and its channel, an input of the model, repeats.
+    pub source: String,
+    /// Of what kind.
+    pub cause: Cause,
+    /// `A`: from the scatter of the data; `B`: from what is declared.
+    pub evaluation: String,
+    /// Degrees of freedom, of type A.
+    pub degrees_of_freedom: Option<usize>,
+    /// Standard uncertainty of a residual, root mean square over the points used, SI units.
+    pub std_rms_si: f64,
+    /// The largest.
+    pub std_max_si: f64,
+}
+
+/// The Monte Carlo of a model's inputs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InputsRecord {
+    /// Inputs with a standard uncertainty.
+    pub names: Vec<String>,
+    /// Samples drawn.
+    pub samples: usize,
+    /// Whether the quantiles of the prediction stayed where they were at the last doubling.
+    pub settled: bool,
+    /// Samples for which the model has no solution: left out.
+    pub without_solution: usize,
+    /// What went wrong; then the budget lacks the inputs, or is not settled.
+    pub problem: Option<String>,
+}
+
+/// Comparison error and validation uncertainty, root mean square over the points used, SI units (ASME V&V 20).
+///
+/// E = S - D, `u_val² = u_num² + u_input² + u_D²`: how far the model may be off without these data telling it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ValidationRecord {
+    /// Of E, predicted - measured.
+    pub e_si: f64,
+    /// Of the data: repeats, instruments, and the pressures and conditions at which they were taken.
+    pub u_d_si: f64,
+    /// Of the inputs of the model.
+    pub u_input_si: f64,
+    /// Of its solution.
+    pub u_num_si: f64,
+    /// Of all.
+    pub u_val_si: f64,
+    /// Values used, component by component.
+    pub values: usize,
+    /// Those with |E| within the 95 % interval that `u_val` gives: there the data show no error of the model.
+    pub within: usize,
 }
 
 /// A bound and its verdict.

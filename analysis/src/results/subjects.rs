@@ -115,6 +115,87 @@ pub struct SessionRecord {
     pub excluded_share_max: f64,
     /// Per response: samples read, samples with a hole in a channel needed, samples in a point.
     pub responses: Vec<CensusRecord>,
+    /// Clocks that were set on another by events, run by run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alignments: Vec<AlignmentRecord>,
+    /// Lags of motions behind pressures that another device or table holds, run by run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lags: Vec<LagRecord>,
+}
+
+/// A value with what is left open of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EstimateRecord {
+    /// The value.
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub std: f64,
+    /// The lower end of its 95 % interval.
+    pub lower: f64,
+    /// The upper end.
+    pub upper: f64,
+}
+
+/// A clock set on another by events that both recorded: `reference = stamp + offset + drift (stamp - at)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AlignmentRecord {
+    /// The run.
+    pub run: String,
+    /// The table whose stamps were set on the reference: its device and topic.
+    pub table: String,
+    /// The table of the reference clock.
+    pub reference: String,
+    /// Events that the table shows.
+    pub events: usize,
+    /// Events that the reference shows.
+    pub events_reference: usize,
+    /// Events that both show, by which the clock was set.
+    pub events_used: usize,
+    /// What is added to the stamps in the middle of the events, in s, where it is known best.
+    pub offset_s: Option<EstimateRecord>,
+    /// That middle on the reference clock, in s.
+    pub at_s: Option<f64>,
+    /// What is added at the first stamp of the reference, in s.
+    pub offset_at_start_s: Option<EstimateRecord>,
+    /// That first stamp, in s.
+    pub start_s: f64,
+    /// What is added more in every second of the stamps; null: one event does not say.
+    pub drift: Option<EstimateRecord>,
+    /// Root mean square of what the events differ by after all, in s.
+    pub residual_s: Option<f64>,
+    /// The factor by which uncertainties grew, because the events contradict each other; 1: they do not.
+    pub inflation: Option<f64>,
+    /// Why the clock was not set.
+    pub refused: Option<String>,
+}
+
+/// The lag of a motion behind a pressure: the shift under which the two correlate best.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LagRecord {
+    /// The run.
+    pub run: String,
+    /// The quantity.
+    pub quantity: String,
+    /// The channel of the pressure.
+    pub pressure: String,
+    /// The channel of the motion.
+    pub channel: String,
+    /// Its table.
+    pub table: String,
+    /// `physical`: that of rig and specimen, kept; `total`: that of clocks, rig and specimen in sum, kept; `clock`: that of the clock,
+    /// by which the stamps were shifted.
+    pub meaning: String,
+    /// The lag in s, positive where the motion comes later; null: none was found.
+    pub value_s: Option<f64>,
+    /// Its standard uncertainty, in s.
+    pub std_s: Option<f64>,
+    /// The correlation under that shift.
+    pub correlation: Option<f64>,
+    /// Why none was found.
+    pub refused: Option<String>,
 }
 
 impl SessionRecord {
@@ -166,7 +247,7 @@ pub struct ChannelRecord {
 }
 
 /// What became of the samples of a response.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CensusRecord {
     /// The quantity.
@@ -182,6 +263,40 @@ pub struct CensusRecord {
     /// Samples and holes table by table, where the channels come from several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<TableRecord>,
+    /// What is repeated: runs, or the conditioned cycles of a sole run.
+    pub repeats: Vec<String>,
+    /// Points of a cycle that is shown and not compared.
+    pub points_apart: usize,
+    /// The loop between loading and unloading, and what is left of it.
+    pub way: WayRecord,
+}
+
+/// How a response depends on the way of the pressure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WayRecord {
+    /// Area between unloading and loading, in the quantity's SI unit × Pa.
+    pub loop_area_si: Option<IntervalRecord>,
+    /// Why there is none.
+    pub no_loop: Option<String>,
+    /// What is left at zero pressure behind the way down, less what was there before, in SI units.
+    pub residual_at_zero_si: Option<IntervalRecord>,
+    /// Change of the mean reading from cycle to cycle, in SI units; over runs, too.
+    pub drift_per_cycle_si: Option<IntervalRecord>,
+    /// Conditioned cycles it is taken from.
+    pub drift_cycles: usize,
+}
+
+/// A number with its 95 % interval; without repeats and declared instruments it has none.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IntervalRecord {
+    /// The number.
+    pub value: f64,
+    /// Lower end.
+    pub lower: Option<f64>,
+    /// Upper end.
+    pub upper: Option<f64>,
 }
 
 /// What became of the samples of one table of a session.

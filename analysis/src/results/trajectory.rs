@@ -20,6 +20,17 @@ pub enum Against {
     ArcLength,
 }
 
+impl Against {
+    /// Its name in sentences.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pressure => "pressure",
+            Self::Time => "time",
+            Self::ArcLength => "arc length",
+        }
+    }
+}
+
 impl From<Abscissa> for Against {
     fn from(at: Abscissa) -> Self {
         match at {
@@ -160,7 +171,7 @@ pub enum AlignmentKind {
 /// How a prediction was moved onto the measurement: aligned = rotation · predicted + translation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct AlignmentRecord {
+pub struct MovementAlignmentRecord {
     /// What was allowed.
     pub kind: AlignmentKind,
     /// Pairs that it rests on.
@@ -178,7 +189,7 @@ pub struct AlignmentRecord {
     pub rmse_after_si: f64,
 }
 
-impl AlignmentRecord {
+impl MovementAlignmentRecord {
     /// In words.
     pub fn text(&self, unit: Unit) -> String {
         let shown = |v: f64| format::short(unit.from_si(v));

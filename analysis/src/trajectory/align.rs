@@ -10,8 +10,9 @@ use pneuval_ingest::manifest::Align;
 use pneuval_ingest::number::Printed;
 
 use crate::prediction::{Predicted, Prediction};
-use crate::response::Response;
-use crate::results::{AlignmentKind, AlignmentRecord};
+use crate::response::{Response, ResponsePoint};
+use crate::results::{AlignmentKind, MovementAlignmentRecord};
+use crate::uncertainty::errors::Errors;
 
 /// A path is a straight line where its points leave the line by less than this share of their spread along it.
 const STRAIGHT_SHARE: f64 = 1e-3;
@@ -43,8 +44,14 @@ fn vector(values: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|i, _| values.get(i).copied().unwrap_or(0.0))
 }
 
-/// Moves a prediction onto the measurement, its drawn curves too. Where the points do not say how, nothing is predicted, and why.
-pub(crate) fn align(align: Align, response: &Response, prediction: &mut Prediction) -> Option<AlignmentRecord> {
+/// Moves a prediction onto the measurement, its drawn curves and what moves it too. Where the points do not say how, nothing is
+/// predicted, and why.
+pub(crate) fn align(
+    align: Align,
+    response: &Response,
+    prediction: &mut Prediction,
+    errors: Option<&mut Errors>,
+) -> Option<MovementAlignmentRecord> {
     if align == Align::None {
         return None;
     }
@@ -73,7 +80,7 @@ pub(crate) fn align(align: Align, response: &Response, prediction: &mut Predicti
         (sum / pairs.len() as f64).sqrt()
     };
     let (rotation_axis, rotation_deg) = turned(&transform.rotation, width);
-    let record = AlignmentRecord {
+    let record = MovementAlignmentRecord {
         kind: if align == Align::Origin { AlignmentKind::Origin } else { AlignmentKind::Rigid },
         n: pairs.len(),
         rotation_axis,
@@ -96,12 +103,19 @@ pub(crate) fn align(align: Align, response: &Response, prediction: &mut Predicti
     for point in prediction.traces.iter_mut().take(predicted).flat_map(|trace| &mut trace.points) {
         point.values = transform.apply(&point.values);
     }
+    for factor in errors.into_iter().flat_map(|errors| &mut errors.factors) {
+        for moved in factor.predicted.chunks_mut(width) {
+            let turned = transform.rotation * vector(moved);
+            moved.iter_mut().zip(turned.iter()).for_each(|(moved, turned)| *moved = *turned);
+        }
+    }
     Some(record)
 }
 
-/// Predicted and measured where both are numbers, zero references apart.
+/// Predicted and measured where both are numbers; without zero references, and cycles that are not compared.
 fn pairs(response: &Response, at: &[Predicted]) -> Vec<Points> {
-    let asked = response.points.iter().zip(at).filter(|(point, _)| !response.is_zero_reference(point));
+    let is_asked = |point: &ResponsePoint| !point.is_apart && !response.is_zero_reference(point);
+    let asked = response.points.iter().zip(at).filter(|(point, _)| is_asked(point));
     asked.filter_map(|(point, at)| pair(point.measured.as_ref()?, at)).collect()
 }
 
@@ -116,7 +130,7 @@ fn pair(measured: &[Printed], at: &Predicted) -> Option<Points> {
 fn origin(response: &Response, at: &[Predicted]) -> Result<Transform, String> {
     let mut runs: Vec<&[String]> = Vec::new();
     let mut shifts: Vec<Vector3<f64>> = Vec::new();
-    for (point, at) in response.points.iter().zip(at) {
+    for (point, at) in response.points.iter().zip(at).filter(|(point, _)| !point.is_apart) {
         let Some((p, m)) = point.measured.as_ref().and_then(|measured| pair(measured, at)) else { continue };
         if !runs.contains(&point.runs.as_slice()) {
             runs.push(&point.runs);

@@ -172,7 +172,8 @@ fn share_of(part: f64, whole: f64) -> f64 {
 /// At equal arc length: the rows of a prediction, by the share of its path that lies before them, against the same share of a run's.
 pub(super) fn at_arc_length(path: &Path, model: &ImportedModel, has_stamps: bool, rule: &TrajectoryRule) -> RunMet {
     let whole: Vec<&Sample> = path.samples.iter().filter(|sample| sample.is_whole()).collect();
-    let predicted: Vec<&[f64]> = model.values_si.iter().map(Vec::as_slice).collect();
+    let rows = model.path();
+    let predicted: Vec<&[f64]> = rows.iter().map(|&row| model.values_si[row].as_slice()).collect();
     let measured: Vec<&[f64]> = whole.iter().map(|sample| sample.measured.as_slice()).collect();
     let (along_predicted, along_measured) = (lengths(&predicted), lengths(&measured));
     let (predicted_length, measured_length) = (total(&along_predicted), total(&along_measured));
@@ -190,7 +191,7 @@ pub(super) fn at_arc_length(path: &Path, model: &ImportedModel, has_stamps: bool
     record.measured_s = ends(&stamps).filter(|(first, last)| first.is_finite() && last.is_finite());
     let mut pairs = Vec::new();
     if measured_length > 0.0 && predicted_length > 0.0 && (measured_length + predicted_length).is_finite() {
-        for (row, along) in along_predicted.iter().enumerate() {
+        for (&row, along) in rows.iter().zip(&along_predicted) {
             let share = along / predicted_length;
             let wanted = share * measured_length;
             // The end of the path is its last sample, whatever rounding does.

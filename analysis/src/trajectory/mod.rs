@@ -17,9 +17,10 @@ use pneuval_ingest::manifest::{Abscissa, ImportedModel, Matching, Over};
 use pneuval_ingest::number::Printed;
 
 use crate::prediction::Predicted;
-use crate::response::{IntervalKind, Movement, Response, ResponsePoint};
+use crate::response::{IntervalKind, Movement, Repeat, Response, ResponsePoint};
 use crate::results::{MeetingRecord, RunMeetingRecord};
 use crate::series::{CurvePoint, Trace};
+use crate::uncertainty::coverage::Z95;
 use matching::{Place, RunMet};
 
 /// The movement of one run.
@@ -70,13 +71,13 @@ pub(crate) fn meet(response: &Response, model: &ImportedModel) -> Option<Met> {
     let movement = response.movement.as_ref()?;
     let (mut points, mut at, mut runs) = (Vec::new(), Vec::new(), Vec::new());
     let rule = movement.rule;
-    for path in &movement.paths {
+    for (index, path) in movement.paths.iter().enumerate() {
         let RunMet { pairs, record } = match (rule.at, &model.over) {
             (Abscissa::Time, over) => matching::at_time(path, over.rising(), &rule),
             (_, over) => matching::at_arc_length(path, model, matches!(over, Over::Time { .. }), &rule),
         };
         for pair in pairs {
-            points.push(point(movement, path, pair.at, &pair.place));
+            points.push(point(movement, index, pair.at, &pair.place));
             at.push(Predicted::Value(row_of(model, pair.row)));
         }
         runs.push(record);
@@ -97,14 +98,14 @@ pub(crate) fn meet(response: &Response, model: &ImportedModel) -> Option<Met> {
 pub(crate) fn samples(response: &Response, limit: usize) -> Option<Response> {
     let movement = response.movement.as_ref()?;
     let mut points = Vec::new();
-    for path in &movement.paths {
+    for (index, path) in movement.paths.iter().enumerate() {
         let whole: Vec<&Sample> = path.samples.iter().filter(|sample| sample.is_whole()).collect();
         let places = matching::abscissae(&whole, movement.rule.at);
         points.extend(
             whole
                 .iter()
                 .zip(places)
-                .map(|(sample, at)| point(movement, path, at, &Place { line: sample.line, row: sample.row() })),
+                .map(|(sample, at)| point(movement, index, at, &Place { line: sample.line, row: sample.row() })),
         );
     }
     // As many as are shown of any other response.
@@ -113,20 +114,21 @@ pub(crate) fn samples(response: &Response, limit: usize) -> Option<Response> {
     Some(Response { points, ..response.clone() })
 }
 
-/// The values of a row of a table, with two of its standard uncertainties.
+/// The values of a row of a table, with their 95 % intervals.
 fn row_of(model: &ImportedModel, row: usize) -> Vec<Printed> {
     let std = |i: usize| model.std_si.as_ref().map_or(0.0, |std| std[row][i]);
-    let value = |(i, si): (usize, &f64)| Printed { si: *si, half_width_si: 2.0 * std(i) };
+    let value = |(i, si): (usize, &f64)| Printed { si: *si, half_width_si: Z95 * std(i) };
     model.values_si[row].iter().enumerate().map(value).collect()
 }
 
-fn point(movement: &Movement, path: &Path, at: f64, place: &Place) -> ResponsePoint {
+/// A place on the movement of a run, by the index of its path.
+fn point(movement: &Movement, path: usize, at: f64, place: &Place) -> ResponsePoint {
     let chambers = place.row.len() - movement.std_si.len();
     let (pressures, measured) = place.row.split_at(chambers);
-    let value = |(si, std): (&f64, &Option<f64>)| Printed { si: *si, half_width_si: 2.0 * std.unwrap_or(0.0) };
+    let value = |(si, std): (&f64, &Option<f64>)| Printed { si: *si, half_width_si: Z95 * std.unwrap_or(0.0) };
     ResponsePoint {
         line: place.line,
-        runs: vec![path.run.clone()],
+        runs: movement.paths.get(path).map(|path| path.run.clone()).into_iter().collect(),
         pressures_gauge_pa: pressures.to_vec(),
         at: Some(at),
         conditions: vec![],
@@ -137,6 +139,14 @@ fn point(movement: &Movement, path: &Path, at: f64, place: &Place) -> ResponsePo
         } else {
             IntervalKind::Unknown
         },
+        branch: None,
+        is_apart: false,
+        repeats: vec![Repeat {
+            index: path,
+            measured: measured.to_vec(),
+            pressures_gauge_pa: pressures.to_vec(),
+            conditions: vec![],
+        }],
     }
 }
 
@@ -145,12 +155,13 @@ const DRAWN_MAX: usize = 4_000;
 
 /// The whole paths, for figures: that of the prediction, then that of each run.
 pub(crate) fn traces(movement: &Movement, model: &ImportedModel) -> Vec<Trace> {
-    let values = &model.values_si;
+    let values: Vec<Vec<f64>> = model.path().into_iter().map(|row| model.values_si[row].clone()).collect();
     let places = match movement.rule.at {
+        // Stamps rise.
         Abscissa::Time => model.over.rising().to_vec(),
         _ => matching::shares(&values.iter().map(Vec::as_slice).collect::<Vec<_>>()),
     };
-    let mut traces = vec![drawn(&places, values)];
+    let mut traces = vec![drawn(&places, &values)];
     for path in &movement.paths {
         let whole: Vec<&Sample> = path.samples.iter().filter(|sample| sample.is_whole()).collect();
         let places = matching::abscissae(&whole, movement.rule.at);

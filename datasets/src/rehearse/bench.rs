@@ -1,5 +1,7 @@
 //! One run on the bench: from the programme through regulator and specimen to what every device logs.
 
+use std::collections::VecDeque;
+
 use pneuval_ingest::manifest::{Instrument, Rig};
 use pneuval_ingest::units::Unit;
 
@@ -159,7 +161,7 @@ impl Bench<'_> {
         loop {
             let at_s = step as f64 * step_s;
             for recorder in &mut recorders {
-                recorder.record(at_s, step_s, &before, &now, timeline.end_s);
+                recorder.record(at_s, step_s, &before, &now, timeline);
             }
             watch.see(at_s, &now);
             if at_s >= timeline.end_s {
@@ -216,15 +218,20 @@ struct Recorder<'a> {
 
 impl Recorder<'_> {
     /// Logs the samples that fall between the last step and this one.
-    fn record(&mut self, at_s: f64, step_s: f64, before: &Signals, now: &Signals, end_s: f64) {
+    fn record(&mut self, at_s: f64, step_s: f64, before: &Signals, now: &Signals, timeline: &Timeline) {
         loop {
             let sample_s = self.true_s.len() as f64 / self.device.rate_hz;
-            if sample_s > at_s || sample_s > end_s {
+            if sample_s > at_s || sample_s > timeline.end_s {
                 return;
             }
             let share = (1.0 - (at_s - sample_s) / step_s).clamp(0.0, 1.0);
             for (_, signal, meter, values) in &mut self.meters {
-                let value = before[*signal] + share * (now[*signal] - before[*signal]);
+                // An edge has no width: it is where it is, and not within a step of the simulation.
+                let value = if meter.shows_trigger() {
+                    f64::from(u8::from(timeline.is_triggered(sample_s)))
+                } else {
+                    before[*signal] + share * (now[*signal] - before[*signal])
+                };
                 values.push(meter.read(value, sample_s));
             }
             let Device { offset_s, drift, jitter_s, rate_hz, decimals, .. } = self.device;
@@ -258,6 +265,8 @@ struct Physics<'a> {
     targets: Vec<f64>,
     /// Of each response, if it is none of sums.
     behaviours: Vec<Option<(Behaviour<'a>, Vec<Component>)>>,
+    /// What is measured, of the last steps, as long as the specimen's delay.
+    late: VecDeque<Vec<f64>>,
 }
 
 impl<'a> Physics<'a> {
@@ -273,7 +282,7 @@ impl<'a> Physics<'a> {
         };
         let behaviours = bench.sitting.responses.iter().zip(bench.equilibria).map(behaviour).collect();
         let pressures = vec![0.0; bench.sitting.programme.chambers.len()];
-        Self { bench, setting, step_s, targets: pressures.clone(), pressures, behaviours }
+        Self { bench, setting, step_s, targets: pressures.clone(), pressures, behaviours, late: VecDeque::new() }
     }
 
     fn signals(&mut self, between: &Between, timeline: &Timeline, at_s: f64) -> Signals {
@@ -324,10 +333,38 @@ impl<'a> Physics<'a> {
                 (Equilibrium::Curves { .. }, None) => signals.extend(std::iter::repeat_n(f64::NAN, width)),
             }
         }
+        if let Some(first) = at.first() {
+            self.delay(&mut signals[*first..]);
+        }
         for i in 0..self.bench.setting_ids.len() {
             signals.push(between.blend(|state| settings[state.set][i]));
         }
         signals.push(if timeline.is_triggered(at_s) { 1.0 } else { 0.0 });
+    }
+}
+
+impl Physics<'_> {
+    /// Replaces what is measured by what it was so long before as the specimen's delay: on a straight line between two steps. Before
+    /// the beginning it was as it begins.
+    fn delay(&mut self, measured: &mut [f64]) {
+        let steps = self.bench.plan.specimen.delay_s / self.step_s;
+        if steps <= 0.0 {
+            return;
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a plan's delay is a minute at most"
+        )]
+        let whole = steps.floor() as usize;
+        self.late.push_front(measured.to_vec());
+        self.late.truncate(whole + 2);
+        let Some(first) = self.late.back() else { return };
+        let nearer = self.late.get(whole).unwrap_or(first);
+        let farther = self.late.get(whole + 1).unwrap_or(first);
+        for (i, value) in measured.iter_mut().enumerate() {
+            *value = nearer[i] + steps.fract() * (farther[i] - nearer[i]);
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use pneuval_ingest::calibration::Calibration;
 use pneuval_ingest::manifest::Instrument;
 use pneuval_ingest::units::Unit;
 
-use super::plan::Channel;
+use super::plan::{Channel, Shows};
 use super::random::Normal;
 
 /// Steps of a bisection: a double has no more.
@@ -37,6 +37,11 @@ impl<'a> Meter<'a> {
     /// The unit of what is logged.
     pub fn logged(&self) -> Unit {
         self.logged
+    }
+
+    /// Whether it logs the trigger line.
+    pub fn shows_trigger(&self) -> bool {
+        self.channel.shows == Shows::Trigger
     }
 
     /// The logged number of a true value at a time; NaN where the calibration gives no such reading.

@@ -86,6 +86,7 @@ impl SessionText<'_> {
         }
         self.devices(&mut out);
         self.channels(&mut out);
+        self.syncs(&mut out);
         self.runs(&mut out);
         self.responses(&mut out);
         self.comparisons(&mut out);
@@ -152,6 +153,29 @@ impl SessionText<'_> {
                     }
                 }
             }
+        }
+    }
+
+    /// The trigger line, where several devices have clocks of their own and log it.
+    fn syncs(&self, out: &mut String) {
+        let is_logged = |channel: &&Channel| {
+            let tables =
+                self.devices.iter().flat_map(|file| file.devices.iter().zip(&file.tables).map(move |at| (file, at)));
+            tables.into_iter().any(|(file, (device, table))| {
+                self.plan.devices[*device].id == channel.device
+                    && table.column(&column_of(file.format, &channel.shows, &channel.id)).is_some()
+            })
+        };
+        let triggers = self.plan.channels.iter().filter(|channel| channel.shows == Shows::Trigger).filter(is_logged);
+        let mut channels: Vec<&Channel> = Vec::new();
+        for channel in triggers {
+            if channels.iter().all(|known| known.device != channel.device) {
+                channels.push(channel);
+            }
+        }
+        if !self.has_one_clock && channels.len() > 1 {
+            let ids = list(channels.iter().map(|channel| &channel.id));
+            let _ = write!(out, "\n[[sync]]\nchannels = {ids}\nevent = \"edges\"\n");
         }
     }
 

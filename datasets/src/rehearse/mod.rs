@@ -159,7 +159,18 @@ impl Rehearsal {
     /// [`DatasetError`] for what is not there or malformed, and for what the request asks and the plan does not have.
     pub fn find(name: &str, from: &Path, request: Request) -> Result<Self, DatasetError> {
         let (located, folder) = Folder::plan(name, from)?;
-        let mut plan = Plan::read(&located.file, &located.bytes)?;
+        Self::planned(Plan::read(&located.file, &located.bytes)?, &folder, request)
+    }
+
+    /// The plan of a text, with embedded actuator and rig.
+    ///
+    /// # Errors
+    /// As [`Rehearsal::find`].
+    pub fn of_text(file: &str, text: &str, request: Request) -> Result<Self, DatasetError> {
+        Self::planned(Plan::read(file, text.as_bytes())?, &Folder::Embedded(String::new()), request)
+    }
+
+    fn planned(mut plan: Plan, folder: &Folder, request: Request) -> Result<Self, DatasetError> {
         let Some((actuator, actuator_located)) = folder.actuator(&plan.actuator)? else {
             return Err(crate::unknown_actuator(&plan.file, &plan.actuator));
         };
@@ -184,7 +195,7 @@ impl Rehearsal {
             actuator_tables,
             bounds_text,
             published,
-            folder: located_folder(&folder),
+            folder: located_folder(folder),
         })
     }
 

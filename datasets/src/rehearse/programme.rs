@@ -1,6 +1,7 @@
 //! What is asked of the pressure over time: levels and straight lines between them.
 
 use super::plan::{Programme, ProgrammeKind};
+use super::random::Normal;
 
 /// Straight pieces of a period of a sine.
 const SINE_PIECES: usize = 240;
@@ -40,9 +41,13 @@ pub struct Timeline {
     pub plateaus: Vec<Plateau>,
     /// How long it lasts, in s.
     pub end_s: f64,
-    /// When the trigger line is raised, and for how long, in s.
+    /// When the trigger line is raised, and when it falls, in s.
     pub triggers_s: Vec<(f64, f64)>,
 }
+
+/// Within a rest the trigger line rises and falls in these shares of it, somewhere.
+const RISE: (f64, f64) = (0.3, 0.4);
+const FALL: (f64, f64) = (0.6, 0.7);
 
 /// Builds it piece by piece.
 struct Building {
@@ -65,8 +70,9 @@ impl Building {
 }
 
 impl Programme {
-    /// The states in order, each held once per cycle where the programme holds at all.
-    pub fn timeline(&self, states: &[State]) -> Timeline {
+    /// The states in order, each held once per cycle where the programme holds at all. Somebody presses the trigger at both ends, at
+    /// no instant that any device's samples know of.
+    pub fn timeline(&self, states: &[State], hand: &mut Normal) -> Timeline {
         let largest = |state: &&State| state.pressures_pa.iter().copied().fold(0.0, f64::max);
         let top = states.iter().max_by(|a, b| largest(a).total_cmp(&largest(b)));
         let zeros = vec![0.0; self.chambers.len()];
@@ -117,9 +123,8 @@ impl Programme {
         let begin_s = building.now_s;
         building.hold(self.rest_s, &last, false, self.cycles - 1);
         let Building { knots, plateaus, now_s } = building;
-        // Both within a rest, and long enough for a slow camera.
-        let pulse_s = 0.2 * self.rest_s;
-        let triggers_s = vec![(0.4 * self.rest_s, pulse_s), (begin_s + 0.4 * self.rest_s, pulse_s)];
+        let mut within = |(least, most): (f64, f64)| (least + (most - least) * hand.even()) * self.rest_s;
+        let triggers_s = [0.0, begin_s].map(|rest| (rest + within(RISE), rest + within(FALL))).to_vec();
         Timeline { knots, plateaus, end_s: now_s, triggers_s }
     }
 }
@@ -127,7 +132,7 @@ impl Programme {
 impl Timeline {
     /// Whether the trigger line is raised.
     pub fn is_triggered(&self, at_s: f64) -> bool {
-        self.triggers_s.iter().any(|(from, length)| (*from..from + length).contains(&at_s))
+        self.triggers_s.iter().any(|(from, to)| (*from..*to).contains(&at_s))
     }
 }
 

@@ -1,10 +1,10 @@
 //! Random numbers that depend on the seed and on what they are for, and on nothing else: another channel, another run or another
 //! order changes none of them.
 
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, Open01, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
-/// Normal numbers for one purpose.
+/// Random numbers for one purpose, normal ones above all.
 #[derive(Debug, Clone)]
 pub struct Normal(Pcg64Mcg);
 
@@ -28,6 +28,11 @@ impl Normal {
     pub fn next(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
     }
+
+    /// The next, between 0 and 1, all of it equally likely.
+    pub fn even(&mut self) -> f64 {
+        Open01.sample(&mut self.0)
+    }
 }
 
 #[cfg(test)]
@@ -49,6 +54,9 @@ mod tests {
             let product: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a * b).collect();
             assert!(mean(&product).abs() < 0.03);
         }
+        let mut even = Normal::new(1, "instants");
+        let even: Vec<f64> = (0..20_000).map(|_| even.even()).collect();
+        assert!((mean(&even) - 0.5).abs() < 0.01 && even.iter().all(|v| (0.0..1.0).contains(v)));
         assert!(a.iter().zip(series(1, "run-1 pressure")).all(|(a, b)| a.to_bits() == b.to_bits()));
     }
 }

@@ -7,7 +7,7 @@ use super::faults::FaultRecord;
 use super::plan::{Plan, Sitting};
 
 /// The version of its layout.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
 /// The truth of one session. SI units, times in s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -28,8 +28,8 @@ pub struct TruthRecord {
     pub specimen_factor: f64,
     /// Devices with their clocks: what a stamp is, `offset + (1 + drift) t`.
     pub devices: Vec<DeviceRecord>,
-    /// Events that all devices with a trigger line show, in s of the true time: beginning and length.
-    pub triggers_s: Vec<(f64, f64)>,
+    /// By how much what is measured comes behind the pressure, in s.
+    pub delay_s: f64,
     /// Runs.
     pub runs: Vec<RunRecord>,
     /// Faults.
@@ -58,6 +58,8 @@ pub struct RunRecord {
     pub id: String,
     /// Its files.
     pub files: Vec<FileRecord>,
+    /// Events that all devices with a trigger line show, in s of the true time: when it rises, and when it falls.
+    pub triggers_s: Vec<(f64, f64)>,
     /// What was there at every state that stood.
     pub points: Vec<PointRecord>,
 }
@@ -124,7 +126,7 @@ impl TruthRecord {
             seed,
             specimen_factor,
             devices: plan.devices.iter().map(device).collect(),
-            triggers_s: vec![],
+            delay_s: plan.specimen.delay_s,
             runs: vec![],
             faults: vec![],
         }

@@ -111,9 +111,9 @@ impl Session<'_> {
         sink: Sink,
     ) -> Result<(), IngestError> {
         let (plan, sitting) = (self.bench.plan, self.bench.sitting);
-        let timeline = sitting.programme.timeline(&group.states);
+        let mut hand = Normal::new(self.bench.seed, &format!("{} {run} triggers", self.id));
+        let timeline = sitting.programme.timeline(&group.states, &mut hand);
         progress.run_s = progress.run_s.max(timeline.end_s);
-        progress.record.triggers_s.clone_from(&timeline.triggers_s);
         let leak = asked.iter().find(|asked| asked.fault == Fault::Leak).map(|asked| self.leak(asked, timeline.end_s));
         self.check_size(timeline.end_s)?;
         // Of several walls each is a specimen of its own; the others do not tire it.
@@ -150,7 +150,12 @@ impl Session<'_> {
         }
         progress.record.faults.extend(hits.into_iter().map(|hit| hit.record));
         let points = points(sitting, &log);
-        progress.record.runs.push(RunRecord { id: run.to_owned(), files: records, points });
+        progress.record.runs.push(RunRecord {
+            id: run.to_owned(),
+            files: records,
+            triggers_s: timeline.triggers_s,
+            points,
+        });
         progress.runs.push(RunFiles { id: run.to_owned(), files: names });
         if progress.files.is_empty() {
             progress.files = files;

@@ -229,7 +229,7 @@ fn write_responses(out: &mut String, pressure: &Part, parts: &[Part], plateaus: 
     if let [first, ..] = elsewhere[..] {
         let _ = writeln!(
             out,
-            "# {} from other topics than the pressure, {} for one, whose clocks are their own: stored, and not\n# set against it.",
+            "# {} from other topics than the pressure, {} for one, whose clocks are their own: declare\n# [[sync]] for events that both recorded, or clocks = \"one\", to measure them against it.",
             if elsewhere.len() == 1 {
                 "1 channel comes".to_owned()
             } else {

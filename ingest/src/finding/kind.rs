@@ -69,6 +69,8 @@ kinds! {
     Saturated = "saturated",
     /// A channel that stays on one value within its range, and varies elsewhere.
     Flatline = "flatline",
+    /// A channel that a response needs and that has one value in every sample of the session.
+    Constant = "constant",
     /// A channel that moves over few steps of its grid only.
     Quantised = "quantised",
     /// Bytes that are not those of which the file holds the checksum.
@@ -131,6 +133,20 @@ kinds! {
     ClockShift = "clock-shift",
     /// Plateaus of the pressure within whose windows another device or topic stamped nothing.
     UnmetPlateaus = "unmet-plateaus",
+    /// A run without a reading at zero pressure before its first rise, from which its zero should come.
+    Untared = "untared",
+    /// What is measured still moves while it is averaged.
+    Creeping = "creeping",
+    /// Events that several devices recorded and that do not agree as well as each of them is known.
+    SyncMismatch = "sync-mismatch",
+    /// A run in which the clocks of several devices cannot be set against each other.
+    ClockUnaligned = "clock-unaligned",
+    /// One event only: the clock's offset is known, what it gains is not.
+    DriftUnknown = "drift-unknown",
+    /// Between pressure and motion there is a lag, and nobody says whether it is that of a clock or that of the specimen.
+    TotalLag = "total-lag",
+    /// The lag of one run is far from that of the others.
+    UnusualLag = "unusual-lag",
     /// A clock without a date, in a file whose other clocks have one.
     NoDate = "no-date",
 }

@@ -38,6 +38,14 @@ pub struct ImportedModel {
     pub file: FileDigest,
 }
 
+impl ImportedModel {
+    /// The rows in the order in which they were written: that of the path.
+    pub fn path(&self) -> Vec<usize> {
+        let rows = 0..self.values_si.len();
+        if matches!(self.over, Over::Pressure { falls: true, .. }) { rows.rev().collect() } else { rows.collect() }
+    }
+}
+
 /// What the rows of an imported model rise with.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Over {
@@ -47,6 +55,8 @@ pub enum Over {
         chamber: String,
         /// Rising, in Pa.
         gauge_pa: Vec<f64>,
+        /// The rows were written from the top down: so goes the path.
+        falls: bool,
     },
     /// Time.
     Time {
@@ -184,7 +194,7 @@ impl RawImported {
         }
         let options = self.reader.as_ref().map(|reader| reader.options(document)).transpose()?;
         let columns = Columns::read(document, (&full, &bytes), options.as_ref(), &all)?;
-        let rising_si = columns.first().to_vec();
+        let mut rising_si = columns.first().to_vec();
         if rising_si.len() < 2 {
             let (expected, what) = match dimension {
                 Dimension::Pressure => ("at least two pressures", "pressures"),
@@ -194,10 +204,13 @@ impl RawImported {
             let next = format!("export the model at more {what}: nothing is extrapolated");
             return Err(document.malformed(self.file.span(), expected, found, next));
         }
-        if let Some(row) = (1..rising_si.len()).find(|&i| rising_si[i] <= rising_si[i - 1]) {
+        // From the top down is the same table; the two ends say which way it goes. Time goes one way.
+        let falls = dimension == Dimension::Pressure && rising_si.first() > rising_si.last();
+        let goes_on = |i: usize| if falls { rising_si[i] < rising_si[i - 1] } else { rising_si[i] > rising_si[i - 1] };
+        if let Some(row) = (1..rising_si.len()).find(|&i| !goes_on(i)) {
             let (expected, next) = match dimension {
                 Dimension::Pressure => (
-                    "pressures that rise from row to row",
+                    "pressures that rise from row to row, or fall from row to row",
                     "sort the rows, and keep one value per pressure: loading or unloading",
                 ),
                 _ => ("stamps that rise from row to row", "sort the rows, and keep one row per stamp"),
@@ -212,9 +225,18 @@ impl RawImported {
         if let Some((row, component)) = first {
             return Err(columns.malformed(row, 1 + width + component, "a standard uncertainty >= 0", "correct it"));
         }
+        let ordered = |mut rows: Vec<Vec<f64>>| {
+            if falls {
+                rows.reverse();
+            }
+            rows
+        };
+        if falls {
+            rising_si.reverse();
+        }
         let over = match (&self.pressure, &self.time) {
             (Some(pressure), _) => {
-                Over::Pressure { chamber: check_id(document, &pressure.chamber)?, gauge_pa: rising_si }
+                Over::Pressure { chamber: check_id(document, &pressure.chamber)?, gauge_pa: rising_si, falls }
             }
             (None, time) => {
                 let offset = time.as_ref().and_then(|time| time.offset.as_ref());
@@ -228,8 +250,8 @@ impl RawImported {
             source: self.source.clone().unwrap_or_else(|| format!("table {}", shown(self.file.get_ref()))),
             quantity,
             over,
-            values_si,
-            std_si,
+            values_si: ordered(values_si),
+            std_si: std_si.map(ordered),
             file: FileDigest { name: self.file.get_ref().clone(), sha256: digest::sha256(&bytes) },
         })
     }

@@ -48,6 +48,8 @@ pub struct Instrument {
     pub resolution: Option<f64>,
     /// Standard uncertainty of one reading, in output units.
     pub std: Option<f64>,
+    /// One calibration stands behind all channels of it: what it is off by is the same in all of them.
+    pub shared_calibration: bool,
     /// When it was calibrated, and by whom, in the user's words.
     pub certificate: Option<String>,
 }
@@ -73,6 +75,8 @@ struct RawInstrument {
     range: Option<RawRange>,
     resolution: Option<Spanned<f64>>,
     std: Option<Spanned<f64>>,
+    #[serde(default)]
+    shared_calibration: bool,
     certificate: Option<String>,
 }
 
@@ -182,6 +186,7 @@ impl RawInstrument {
             range: self.range.as_ref().map(|range| range.checked(document)).transpose()?,
             resolution: self.resolution.as_ref().map(positive).transpose()?,
             std: self.std.as_ref().map(positive).transpose()?,
+            shared_calibration: self.shared_calibration,
             certificate: self.certificate.clone(),
         })
     }

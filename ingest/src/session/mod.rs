@@ -27,7 +27,9 @@ use crate::error::{IngestError, Place};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity};
 use crate::formats;
 use crate::formats::stamps::Epoch;
-use crate::manifest::{Abscissa, Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest, Views};
+use crate::manifest::{
+    Abscissa, Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest, SyncSpec, Views,
+};
 use crate::raw::RawFile;
 use crate::recording::Keep;
 use crate::units::{Dimension, Unit};
@@ -232,7 +234,7 @@ impl Session {
         let runs = whole.into_iter().map(|(_, run)| run).collect();
         findings.append(&mut of_files);
         let files = raws.into_iter().map(|(file, _)| file).collect();
-        let session = Self { manifest, rig, runs, files, findings };
+        let mut session = Self { manifest, rig, runs, files, findings };
         // What a response needs and no file gives: the reason is that of the first file that should.
         let none_has = |id: &str| session.runs.iter().all(|run| !run.channels.contains_key(id));
         let missing = session.manifest.required().into_iter().find(|id| none_has(id));
@@ -244,7 +246,10 @@ impl Session {
             return Err(unusable.swap_remove(cause).1);
         }
         session.check_responses()?;
+        session.check_syncs()?;
         session.check_usable()?;
+        let constant = tell::constant(&session);
+        session.findings.extend(constant);
         Ok(session)
     }
 
@@ -277,6 +282,46 @@ impl Session {
                     && let Some((expected, found, next)) = clash(&self.manifest, response, run)
                 {
                     return Err(refused(expected.to_owned(), found, next));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The channels of a sync event stand on clocks of their own, in every run.
+    fn check_syncs(&self) -> Result<(), IngestError> {
+        for sync in &self.manifest.syncs {
+            let refused = |expected: &str, found: String, next: &str| IngestError::Malformed {
+                place: Place::new(&self.manifest.file, Some(sync.line), Some("key `channels` of [[sync]]".to_owned())),
+                expected: expected.to_owned(),
+                found,
+                next: next.to_owned(),
+            };
+            let reference = |run: &Run, sync: &SyncSpec| Some(run.channels.get(sync.channels.first()?)?.stream);
+            for run in &self.runs {
+                let first = self.manifest.syncs.iter().find_map(|sync| reference(run, sync));
+                if let (Some(first), Some(here)) = (first, reference(run, sync))
+                    && first != here
+                {
+                    let found = format!("that of {}", run.streams[here].title());
+                    let expected =
+                        format!("the reference clock of the other [[sync]], that of {}", run.streams[first].title());
+                    return Err(refused(&expected, found, "name a channel of that clock: all are set on one"));
+                }
+                let streams: Vec<(&String, usize)> =
+                    sync.channels.iter().filter_map(|id| Some((id, run.channels.get(id)?.stream))).collect();
+                for (i, (id, stream)) in streams.iter().enumerate() {
+                    let Some(clock) = run.streams.get(*stream) else { continue };
+                    if let Some((other, _)) = streams[..i].iter().find(|(_, other)| other == stream) {
+                        let found = format!("`{other}` and `{id}`, both of {} in run {}", clock.title(), run.id);
+                        let next = "keep one of each clock: one clock needs no events to agree with itself";
+                        return Err(refused("channels of several clocks", found, next));
+                    }
+                    if clock.seconds.is_none() {
+                        let found = format!("none in {}, of which `{id}` is", clock.title());
+                        let next = "add `clock` to the device, or [clock] for the runs' `file`";
+                        return Err(refused("a clock, to set against the others", found, next));
+                    }
                 }
             }
         }
@@ -322,26 +367,21 @@ fn clash(
     };
     let all = || named(&mut response.channels());
     let is_one = run.stream_of(response.channels()).is_some();
-    match (response.points, manifest.clocks) {
+    match (&response.points, manifest.clocks) {
         (PointRule::Trajectory(_), _) if !is_one => {
             let next = "log them together: samples of two tables have no partners";
             return Some(("channels of one table", all(), next));
         }
         (PointRule::Samples { .. }, Clocks::Unsaid) if !is_one => {
-            let next = "say from = \"plateaus\" in `points`, and clocks = \"one\" if one clock stamped them all; clocks of several \
-                        devices with zeros of their own cannot be set against each other yet";
+            let next = "say from = \"plateaus\" in `points`, and declare how the clocks lie to each other: [[sync]] for events that both \
+                        recorded, or clocks = \"one\" if one clock stamped them all";
             return Some(("channels that share one clock", all(), next));
         }
         (PointRule::Samples { .. }, Clocks::One) if !is_one => {
             let next = "say from = \"plateaus\" in `points`: the mean over a plateau needs no partners";
             return Some(("channels of one table: samples of two have no partners", all(), next));
         }
-        (PointRule::Plateaus { .. }, Clocks::Unsaid) if !is_one => {
-            let next = "add clocks = \"one\" if one clock stamped them all; clocks of several devices with zeros of their own cannot be \
-                        set against each other yet";
-            return Some(("channels that share one clock", all(), next));
-        }
-        (PointRule::Plateaus { .. }, _) if run.stream_of(response.state_channels()).is_none() => {
+        (rule, _) if rule.is_timed() && run.stream_of(response.state_channels()).is_none() => {
             let next = "log them together, or make a response for each";
             let found = named(&mut response.state_channels());
             return Some(("pressures and conditions of one table, on which plateaus are found", found, next));
@@ -349,9 +389,10 @@ fn clash(
         _ => {}
     }
     let bare = response.channels().filter_map(stream).find(|stream| stream.seconds.is_none());
-    let (needs_clock, what_for) = match response.points {
+    let (needs_clock, what_for) = match &response.points {
         PointRule::Samples { .. } => (false, ""),
         PointRule::Plateaus { .. } => (true, "a clock, to find plateaus by"),
+        PointRule::Windows { .. } => (true, "a clock, to find windows by"),
         PointRule::Trajectory(rule) => (rule.at == Abscissa::Time, "a clock, to compare at equal time by"),
     };
     let bare = bare.filter(|_| needs_clock)?;

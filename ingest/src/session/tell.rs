@@ -1,10 +1,13 @@
 //! The sentences of what was found while a log became channels.
 
-use super::Channel;
+use std::collections::BTreeSet;
+
 use super::log::Part;
+use super::{Channel, Session};
 use crate::finding::{self, Finding, FindingKind, Severity};
-use crate::manifest::{ChannelSpec, Instrument, RunSpec};
+use crate::manifest::{ChannelSpec, Instrument, ResponseSpec, RunSpec};
 use crate::units::Unit;
+use crate::watch::rounded;
 
 /// The finding of samples that a calibration refuses.
 pub(super) fn refusal(
@@ -90,6 +93,46 @@ pub(super) fn beyond_range(
             instrument.title,
             instrument.output.symbol,
             part.place(first)
+        ),
+    })
+}
+
+/// Pressures and measured channels of responses that have one value in every sample of every run: a note, for a single state may be
+/// all that was asked for. From few samples nothing can be told.
+pub(super) fn constant(session: &Session) -> Vec<Finding> {
+    let of_response = |r: &ResponseSpec| -> Vec<String> {
+        let pressures = r.pressure.iter().map(|(channel, _)| channel.clone());
+        pressures.chain(r.measured.iter().cloned()).collect()
+    };
+    let needed: BTreeSet<String> = session.manifest.responses.iter().flat_map(of_response).collect();
+    needed.iter().filter_map(|id| constant_channel(session, id)).collect()
+}
+
+fn constant_channel(session: &Session, id: &str) -> Option<Finding> {
+    const SAMPLES_MIN: usize = 3;
+    let runs = || session.runs.iter().filter_map(|run| Some((run, run.channels.get(id)?)));
+    let mut values = runs().flat_map(|(_, channel)| &channel.values_si).copied().filter(|v| v.is_finite());
+    let first = values.next()?;
+    let mut count = 1;
+    for value in values {
+        // Minus zero is zero.
+        if (value + 0.0).to_bits() != (first + 0.0).to_bits() {
+            return None;
+        }
+        count += 1;
+    }
+    let (run, channel) = runs().next()?;
+    (count >= SAMPLES_MIN).then(|| Finding {
+        kind: FindingKind::Constant,
+        severity: Severity::Note,
+        file: run.files.first().cloned().unwrap_or_default(),
+        channel: Some(id.to_owned()),
+        spans: vec![],
+        count,
+        text: format!(
+            "channel `{id}` is {} {} in all {count} samples of the session: did the sensor stop, or is it another column?",
+            rounded(channel.unit.from_si(first)),
+            channel.unit.symbol
         ),
     })
 }

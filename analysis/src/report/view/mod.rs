@@ -1,5 +1,6 @@
 //! What pages show: stored numbers as text.
 
+mod budget;
 mod session;
 mod tables;
 
@@ -7,6 +8,7 @@ use serde::Serialize;
 
 use pneuval_ingest::units::Unit;
 
+use budget::BudgetTable;
 use session::{MaterialView, SessionView};
 use tables::{MetricTable, PointTable};
 
@@ -112,6 +114,7 @@ pub struct ActuatorPage<'a> {
     pub unprinted: bool,
     pub tables: Vec<PointTable>,
     pub metrics: Vec<MetricTable>,
+    pub budgets: Vec<BudgetTable>,
     pub forms: Vec<FormView>,
     pub inputs: Vec<InputView>,
     pub materials: Vec<MaterialView>,
@@ -302,6 +305,7 @@ pub fn excluded(c: &Comparison) -> String {
         (PointStatus::HoleInPrint, "not printed"),
         (PointStatus::InFit, "in the fit"),
         (PointStatus::NotCompared, "not compared"),
+        (PointStatus::CycleApart, "of a cycle apart"),
     ] {
         let n = count(status);
         if n > 0 {
@@ -386,10 +390,11 @@ pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figur
         unprinted: record.datasets.iter().any(|d| !d.unprinted.is_empty()),
         tables: groups.iter().flat_map(|group| tables::point_tables(group)).collect(),
         metrics: groups.iter().filter_map(|group| tables::metric_table(group)).collect(),
+        budgets: mine.iter().filter_map(|c| budget::table(c)).collect(),
         forms: mine.iter().filter(|c| c.kind != "none").map(|c| form_view(c)).collect(),
         inputs: record.inputs.iter().map(input_view).collect(),
         materials: record.materials.iter().map(session::material).collect(),
-        sessions: record.datasets.iter().filter_map(session::session).collect(),
+        sessions: record.datasets.iter().filter_map(|d| session::session(d, &mine)).collect(),
         findings: results
             .findings
             .iter()

@@ -4,8 +4,12 @@ use serde::Serialize;
 
 use pneuval_ingest::units::Unit;
 
+use super::budget;
 use crate::format;
-use crate::results::{ChannelRecord, DatasetRecord, MaterialRecord, RunRecord, TableRecord};
+use crate::results::{
+    AlignmentRecord, CensusRecord, ChannelRecord, Comparison, DatasetRecord, EstimateRecord, LagRecord, MaterialRecord,
+    RunRecord, TableRecord,
+};
 
 /// A session.
 #[derive(Serialize)]
@@ -17,6 +21,35 @@ pub struct SessionView {
     pub runs: Vec<RunView>,
     pub channels: Vec<ChannelView>,
     pub census: Vec<String>,
+    /// What is known of branches, cycles and repeats.
+    pub ways: Vec<String>,
+    pub clocks: Vec<ClockView>,
+    pub lags: Vec<LagView>,
+}
+
+/// A clock that events set on another.
+#[derive(Serialize)]
+pub struct ClockView {
+    pub run: String,
+    pub table: String,
+    pub reference: String,
+    /// Events used, of those found.
+    pub events: String,
+    pub offset: String,
+    pub at: String,
+    pub drift: String,
+    pub residual: String,
+}
+
+/// The lag of a motion behind a pressure.
+#[derive(Serialize)]
+pub struct LagView {
+    pub run: String,
+    pub motion: String,
+    pub pressure: String,
+    pub lag: String,
+    pub meaning: &'static str,
+    pub correlation: String,
 }
 
 #[derive(Serialize)]
@@ -46,7 +79,7 @@ pub struct MaterialView {
     pub stable: String,
 }
 
-pub(super) fn session(dataset: &DatasetRecord) -> Option<SessionView> {
+pub(super) fn session(dataset: &DatasetRecord, comparisons: &[&Comparison]) -> Option<SessionView> {
     let session = dataset.session.as_ref()?;
     let fact = |name: &str, value: &Option<String>| value.clone().map(|value| (name.to_owned(), value));
     let mut facts: Vec<(String, String)> =
@@ -77,6 +110,10 @@ pub(super) fn session(dataset: &DatasetRecord) -> Option<SessionView> {
         };
         format!("{}: {} samples, {} with a hole, {used}{tables}", r.quantity, r.samples, r.holes)
     });
+    let way = |r: &CensusRecord| {
+        let of = comparisons.iter().find(|c| c.dataset == dataset.id && c.quantity.id == r.quantity)?;
+        Some(budget::way(r, of.quantity.unit()))
+    };
     Some(SessionView {
         title: dataset.title.clone(),
         synthetic: session.synthetic,
@@ -84,7 +121,52 @@ pub(super) fn session(dataset: &DatasetRecord) -> Option<SessionView> {
         runs: session.runs.iter().map(run).collect(),
         channels: session.channels.iter().map(channel).collect(),
         census: census.collect(),
+        ways: session.responses.iter().filter_map(way).collect(),
+        clocks: session.alignments.iter().map(clock).collect(),
+        lags: session.lags.iter().map(lag).collect(),
     })
+}
+
+fn clock(clock: &AlignmentRecord) -> ClockView {
+    let wide = |estimate: &EstimateRecord, factor: f64, unit: &str| {
+        let half = factor * 0.5 * (estimate.upper - estimate.lower);
+        format!("{} ± {} {unit}", format::significant(factor * estimate.value, 6), format::significant(half, 2))
+    };
+    let drift = clock.drift.as_ref().map(|drift| wide(drift, 1e6, "ppm"));
+    let offset = clock.offset_s.as_ref().map(|offset| wide(offset, 1e3, "ms"));
+    let s = |value: Option<f64>| value.map_or(String::new(), |value| format!("{} s", format::short(value)));
+    ClockView {
+        run: clock.run.clone(),
+        table: clock.table.clone(),
+        reference: clock.reference.clone(),
+        events: format!("{} of {}, {}", clock.events_used, clock.events_reference, clock.events),
+        // A clock that was not set says why.
+        offset: offset.or_else(|| clock.refused.clone()).unwrap_or_default(),
+        at: s(clock.at_s.map(|at| (at * 1e3).round() / 1e3)),
+        drift: drift.unwrap_or_else(|| "not known".to_owned()),
+        residual: clock
+            .residual_s
+            .map_or(String::new(), |residual| format!("{} ms", format::significant(1e3 * residual, 2))),
+    }
+}
+
+fn lag(lag: &LagRecord) -> LagView {
+    let found = lag
+        .value_s
+        .zip(lag.std_s)
+        .map(|(value, std)| format!("{} ± {} ms", format::fixed(1e3 * value, 1), format::significant(2e3 * std, 2)));
+    LagView {
+        run: lag.run.clone(),
+        motion: format!("{} of {}", lag.channel, lag.table),
+        pressure: lag.pressure.clone(),
+        lag: found.or_else(|| lag.refused.clone()).unwrap_or_default(),
+        meaning: match lag.meaning.as_str() {
+            "physical" => "of rig and specimen, kept",
+            "clock" => "declared to be the clock's, taken out",
+            _ => "of clocks, rig and specimen in sum, kept",
+        },
+        correlation: lag.correlation.map_or(String::new(), |correlation| format::fixed(correlation, 3)),
+    }
 }
 
 fn run(run: &RunRecord) -> RunView {

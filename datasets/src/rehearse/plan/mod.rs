@@ -63,6 +63,8 @@ pub struct Specimen {
     pub spread: f64,
     /// The same from run to run.
     pub repeat: f64,
+    /// How long it takes a pressure to reach what is measured, in s: a pure delay.
+    pub delay_s: f64,
 }
 
 /// Something that logs.
@@ -309,6 +311,7 @@ impl Default for Specimen {
             cycles_before: 0,
             spread: 0.0,
             repeat: 0.0,
+            delay_s: 0.0,
         }
     }
 }

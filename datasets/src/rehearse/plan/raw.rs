@@ -17,6 +17,9 @@ use super::{
     Tensile, Truth,
 };
 
+/// No pressure takes longer to move what it moves.
+const DELAY_MAX_S: f64 = 60.0;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Raw {
@@ -74,6 +77,7 @@ struct RawSpecimen {
     cycles_before: u64,
     spread: Option<Amount>,
     repeat: Option<Amount>,
+    delay: Option<Amount>,
 }
 
 #[derive(Deserialize)]
@@ -308,6 +312,16 @@ fn share(document: &Document, amount: &Amount) -> Result<f64, IngestError> {
 }
 
 impl RawSpecimen {
+    fn delay(&self, document: &Document) -> Result<f64, IngestError> {
+        let Some(delay) = &self.delay else { return Ok(0.0) };
+        let delay_s = delay.not_negative(document, Dimension::Time)?;
+        if delay_s <= DELAY_MAX_S {
+            return Ok(delay_s);
+        }
+        let expected = format!("at most {DELAY_MAX_S} s");
+        Err(document.malformed(delay.span(), expected, format!("{delay_s} s"), "shorten it"))
+    }
+
     fn checked(&self, document: &Document) -> Result<Specimen, IngestError> {
         let or_none = |amount: &Option<Amount>| amount.as_ref().map_or(Ok(0.0), |amount| share(document, amount));
         let mut creep = Vec::new();
@@ -335,6 +349,7 @@ impl RawSpecimen {
             cycles_before: self.cycles_before,
             spread: or_none(&self.spread)?,
             repeat: or_none(&self.repeat)?,
+            delay_s: self.delay(document)?,
         })
     }
 }

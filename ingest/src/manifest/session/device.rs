@@ -135,7 +135,7 @@ pub(super) fn check_derived(
 }
 
 /// The device of a channel, or of the first of those it is derived from.
-fn device_of<'a>(channels: &'a [ChannelSpec], derived: &'a [DerivedSpec], id: &str) -> Option<&'a str> {
+pub(super) fn device_of<'a>(channels: &'a [ChannelSpec], derived: &'a [DerivedSpec], id: &str) -> Option<&'a str> {
     let mut id = id;
     // A derived channel names channels above it only.
     while let Some(spec) = derived.iter().find(|spec| spec.id == id) {

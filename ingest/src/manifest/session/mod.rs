@@ -4,6 +4,7 @@ mod device;
 mod follows;
 mod points;
 mod raw;
+mod sync;
 
 use std::collections::BTreeMap;
 
@@ -16,6 +17,7 @@ pub use points::{Abscissa, Matching, PointRule, TrajectoryRule};
 pub use raw::channel_id;
 use raw::{Raw, responses, runs};
 pub(in crate::manifest) use raw::{RawColumn, RawReader, column_ref};
+pub use sync::{LagMeaning, SyncEvent, SyncSpec};
 
 use super::comparison::{Comparable, ComparisonSpec, Quantity, comparisons};
 use super::{check_id, check_schema};
@@ -64,6 +66,10 @@ pub struct SessionManifest {
     pub devices: Vec<DeviceSpec>,
     /// Whether the stamps of all files may be set against each other.
     pub clocks: Clocks,
+    /// Events that several devices recorded.
+    pub syncs: Vec<SyncSpec>,
+    /// What the lag between pressure and motion is, where there are no events.
+    pub lag: LagMeaning,
     /// Channels, in the order of the file.
     pub channels: Vec<ChannelSpec>,
     /// Channels computed from others.
@@ -208,6 +214,12 @@ pub struct ResponseSpec {
     pub measured: Vec<String>,
     /// How it was measured.
     pub method: String,
+    /// What is read at zero pressure before the first rise of a run is taken as its zero.
+    pub tare_at_zero: bool,
+    /// Which cycles are compared.
+    pub cycles: Cycles,
+    /// Whether loading and unloading are kept apart.
+    pub branches: Branches,
     /// Channel and id of what is set beside the pressure.
     pub conditions: Vec<ConditionSpec>,
     /// How samples become points.
@@ -242,6 +254,30 @@ pub struct ConditionSpec {
     pub id: String,
     /// Its name on pages.
     pub title: String,
+}
+
+/// Which cycles of the pressure are compared with a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Cycles {
+    /// Those behind the first, where there are any: soft materials are stiffer in their first cycle.
+    #[default]
+    Conditioned,
+    /// The first alone.
+    First,
+    /// All, the first among them.
+    All,
+}
+
+/// Whether loading and unloading are kept apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Branches {
+    /// What was read on the way up meets what was read on the way up: soft materials have hysteresis.
+    #[default]
+    Apart,
+    /// The order of the readings means nothing, as where states were visited at random.
+    Together,
 }
 
 impl SessionManifest {
@@ -282,6 +318,8 @@ impl SessionManifest {
             .map(|derived| derived.checked(&document, &mut ids))
             .collect::<Result<Vec<_>, IngestError>>()?;
         device::check_derived(&document, &raw.derived, &channels, &derived)?;
+        let syncs = sync::syncs(&document, &raw.sync, &channels, &derived)?;
+        sync::check_clocks(&document, raw.clocks, raw.lag.as_ref(), &syncs)?;
         let responses = responses(&document, &raw.response, &ids)?;
         let comparable: Vec<Comparable> = responses
             .iter()
@@ -305,6 +343,8 @@ impl SessionManifest {
             clock: raw.clock.as_ref().map(|clock| clock.get_ref().checked(&document, clock)).transpose()?,
             devices,
             clocks: raw.clocks,
+            syncs,
+            lag: raw.lag.as_ref().map_or(LagMeaning::Unsaid, |lag| *lag.get_ref()),
             channels,
             derived,
             runs,

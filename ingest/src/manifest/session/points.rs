@@ -10,7 +10,7 @@ use crate::error::IngestError;
 use crate::units::Dimension;
 
 /// How samples become points of a response.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum PointRule {
     /// Every sample is a point: a log of steady states.
     Samples {
@@ -25,6 +25,15 @@ pub enum PointRule {
         hold_s: f64,
         /// The end of it that is averaged, in s.
         window_s: f64,
+    },
+    /// Stated stretches of time are points: the mean over each.
+    Windows {
+        /// Where they begin, in s from the first stamp of the run.
+        begin_s: Vec<f64>,
+        /// How long each is, in s.
+        window_s: f64,
+        /// Pressures so near each other are one, in Pa.
+        same_within_pa: f64,
     },
     /// The samples of a run are one movement, compared as they stand; runs are never merged.
     Trajectory(TrajectoryRule),
@@ -51,6 +60,21 @@ impl PointRule {
         match self {
             Self::Trajectory(rule) if rule.at != Abscissa::Pressure => Some(rule),
             _ => None,
+        }
+    }
+
+    /// Whether points are means over stretches of time, for which samples of several tables need no partners.
+    pub fn is_timed(&self) -> bool {
+        matches!(self, Self::Plateaus { .. } | Self::Windows { .. })
+    }
+
+    /// Pressures so near each other are one nominal pressure, in Pa; 0: equal to the bit.
+    pub fn same_within_pa(&self) -> f64 {
+        match self {
+            Self::Samples { same_within_pa } | Self::Windows { same_within_pa, .. } => *same_within_pa,
+            Self::Plateaus { tolerance_pa, .. } => *tolerance_pa,
+            // No sample of a movement meets another.
+            Self::Trajectory(_) => 0.0,
         }
     }
 }
@@ -93,8 +117,8 @@ pub enum Matching {
 /// Less than half of the shorter series says little of the whole.
 const OVERLAP_MIN: f64 = 0.5;
 
-/// `{ from = "samples", same_within }`, `{ from = "plateaus", tolerance, hold, window }`, or
-/// `{ from = "trajectory", at, match, within, gap, overlap_min, every }`.
+/// `{ from = "samples", same_within }`, `{ from = "plateaus", tolerance, hold, window }`, `{ from = "windows", begin, window, same_within }`
+/// or `{ from = "trajectory", at, match, within, gap, overlap_min, every }`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawPoints {
@@ -103,6 +127,7 @@ pub(super) struct RawPoints {
     tolerance: Option<Amount>,
     hold: Option<Amount>,
     window: Option<Amount>,
+    begin: Option<Vec<Amount>>,
     at: Option<Spanned<Abscissa>>,
     #[serde(rename = "match")]
     matching: Option<Spanned<Match>>,
@@ -117,6 +142,7 @@ pub(super) struct RawPoints {
 enum PointSource {
     Samples,
     Plateaus,
+    Windows,
     Trajectory,
 }
 
@@ -132,6 +158,7 @@ impl PointSource {
         match self {
             Self::Samples => "samples",
             Self::Plateaus => "plateaus",
+            Self::Windows => "windows",
             Self::Trajectory => "trajectory",
         }
     }
@@ -141,6 +168,7 @@ impl PointSource {
         match self {
             Self::Samples => &["same_within"],
             Self::Plateaus => &["tolerance", "hold", "window"],
+            Self::Windows => &["begin", "window", "same_within"],
             Self::Trajectory => &["at", "match", "within", "gap", "overlap_min", "every"],
         }
     }
@@ -161,12 +189,9 @@ impl RawPoints {
             return Err(document.malformed(span, expected, "one", next));
         }
         match source {
-            PointSource::Samples => {
-                let same =
-                    self.same_within.as_ref().map(|s| s.not_negative(document, Dimension::Pressure)).transpose()?;
-                Ok(PointRule::Samples { same_within_pa: same.unwrap_or(0.0) })
-            }
+            PointSource::Samples => Ok(PointRule::Samples { same_within_pa: self.same_within_pa(document)? }),
             PointSource::Plateaus => self.plateaus(document),
+            PointSource::Windows => self.windows(document),
             PointSource::Trajectory => self.trajectory(document).map(PointRule::Trajectory),
         }
     }
@@ -179,6 +204,7 @@ impl RawPoints {
             amount("tolerance", &self.tolerance),
             amount("hold", &self.hold),
             amount("window", &self.window),
+            self.begin.as_ref().map(|begin| ("begin", begin.first().map_or(self.from.span(), Amount::span))),
             self.at.as_ref().map(|at| ("at", at.span())),
             self.matching.as_ref().map(|m| ("match", m.span())),
             amount("within", &self.within),
@@ -187,6 +213,30 @@ impl RawPoints {
             self.every.as_ref().map(|every| ("every", every.span())),
         ];
         keys.into_iter().flatten().collect()
+    }
+
+    fn same_within_pa(&self, document: &Document) -> Result<f64, IngestError> {
+        let same = self.same_within.as_ref().map(|s| s.not_negative(document, Dimension::Pressure)).transpose()?;
+        Ok(same.unwrap_or(0.0))
+    }
+
+    fn windows(&self, document: &Document) -> Result<PointRule, IngestError> {
+        let (Some(begin), Some(window)) = (self.begin.as_ref().filter(|begin| !begin.is_empty()), &self.window) else {
+            let next = "say begin = [{ value = 9, unit = \"s\" }, ..] from the first stamp of a run, and window = { value, unit }";
+            let expected = "`begin` and `window` beside from = \"windows\"";
+            return Err(document.malformed(self.from.span(), expected, "not both of them", next));
+        };
+        let window_s = window.checked(document, Dimension::Time)?;
+        let mut begin_s: Vec<f64> = Vec::new();
+        for begin in begin {
+            let at = begin.not_negative(document, Dimension::Time)?;
+            if let Some(before) = begin_s.last().filter(|before| **before + window_s > at) {
+                let expected = format!("windows one after the other: from {} s on", before + window_s);
+                return Err(document.malformed(begin.span(), expected, format!("{at} s"), "sort them"));
+            }
+            begin_s.push(at);
+        }
+        Ok(PointRule::Windows { begin_s, window_s, same_within_pa: self.same_within_pa(document)? })
     }
 
     fn plateaus(&self, document: &Document) -> Result<PointRule, IngestError> {

@@ -9,9 +9,10 @@ use toml::Spanned;
 use super::device::{self, Clocks, DeviceSpec, RawDevice};
 use super::follows::RawFollows;
 use super::points::{Abscissa, PointRule, RawPoints};
+use super::sync::{LagMeaning, RawSync};
 use super::{
-    ChannelSpec, ClockSpec, ConditionSpec, DerivedRule, DerivedSpec, PressureReference, ResponseSpec, RunSpec,
-    Specimen, Stamp,
+    Branches, ChannelSpec, ClockSpec, ConditionSpec, Cycles, DerivedRule, DerivedSpec, PressureReference, ResponseSpec,
+    RunSpec, Specimen, Stamp,
 };
 use crate::document::{Amount, Document, parse_unit};
 use crate::error::{IngestError, shown, suggestion};
@@ -44,6 +45,9 @@ pub(super) struct Raw {
     pub clock: Option<Spanned<RawClock>>,
     #[serde(default)]
     pub clocks: Clocks,
+    pub lag: Option<Spanned<LagMeaning>>,
+    #[serde(default)]
+    pub sync: Vec<RawSync>,
     #[serde(default)]
     pub device: Vec<RawDevice>,
     #[serde(default)]
@@ -179,6 +183,8 @@ pub(super) struct RawResponse {
     condition: Vec<RawCondition>,
     points: Option<RawPoints>,
     zero_within: Option<Amount>,
+    cycles: Option<Spanned<Cycles>>,
+    branches: Option<Spanned<Branches>>,
 }
 
 #[derive(Deserialize)]
@@ -194,6 +200,14 @@ struct RawMeasured {
     channel: Spanned<OneOrMany>,
     #[serde(default)]
     method: String,
+    tare: Option<Spanned<RawTare>>,
+}
+
+/// Said in words, so that another kind of tare may come.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum RawTare {
+    ZeroPressure,
 }
 
 #[derive(Deserialize)]
@@ -493,6 +507,9 @@ pub(super) fn responses(
             pressure,
             measured: names.to_vec(),
             method: r.measured.method.clone(),
+            tare_at_zero: r.measured.tare.is_some(),
+            cycles: r.cycles.as_ref().map(|cycles| *cycles.get_ref()).unwrap_or_default(),
+            branches: r.branches.as_ref().map(|branches| *branches.get_ref()).unwrap_or_default(),
             conditions,
             zero_within_pa: r
                 .zero_within
@@ -507,18 +524,19 @@ pub(super) fn responses(
 }
 
 impl RawResponse {
-    /// What a path at equal time or arc length cannot heed: nothing of it is at zero pressure, or under a condition.
+    /// What a path at equal time or arc length cannot heed: nothing of it is at zero pressure, under a condition or of a cycle.
     fn check_path(&self, document: &Document, at: Abscissa) -> Result<(), IngestError> {
         let refused = |span: Range<usize>, key: &str| {
             let expected = format!("no `{key}` beside at = \"{}\"", at.id());
             document.malformed(span, expected, "one", "remove it: nothing would heed it")
         };
-        if let Some(zero) = &self.zero_within {
-            return Err(refused(zero.span(), "zero_within"));
-        }
-        if let Some(condition) = self.condition.first() {
-            return Err(refused(condition.channel.span(), "condition"));
-        }
-        Ok(())
+        let said = [
+            self.zero_within.as_ref().map(|zero| (zero.span(), "zero_within")),
+            self.condition.first().map(|condition| (condition.channel.span(), "condition")),
+            self.measured.tare.as_ref().map(|tare| (tare.span(), "tare")),
+            self.cycles.as_ref().map(|cycles| (cycles.span(), "cycles")),
+            self.branches.as_ref().map(|branches| (branches.span(), "branches")),
+        ];
+        said.into_iter().flatten().next().map_or(Ok(()), |(span, key)| Err(refused(span, key)))
     }
 }
