@@ -24,7 +24,7 @@ pub fn render(results: &Results) -> String {
     }
     let partial = |c: &Comparison| c.metrics.iter().any(|m| m.over_predicted_points.is_some());
     if results.comparisons.iter().any(partial) {
-        out += "( ) over the points that have a prediction; never judged.\n";
+        out += "( ) over the points that have a prediction, and meet it; never judged.\n";
     }
     let decision = text::decision(results);
     out + &format!("{}: {}\n", decision.headline, decision.detail)

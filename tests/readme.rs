@@ -62,12 +62,13 @@ fn the_reference_of_files_is_a_folder_that_validates() {
     for (name, text) in files.iter().zip(&toml).chain(["log.csv", "fea.csv"].iter().zip(&csv)) {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
+    std::fs::write(folder.path().join("sim.txt"), &blocks(&text, "sim")[0]).unwrap();
     assert_eq!((toml.len(), csv.len()), (4, 2));
     let said = pneuval(folder.path(), &["validate", ".", "--out", "report"]);
-    // The tip passes; the force has no model and stays open.
+    // The tip passes; the force has no model, the way of the tip no bound, and both stay open.
     assert_eq!(said.code, 3, "{}{}", said.out, said.err);
     assert!(
-        said.out.contains("1 pass") && said.out.contains("1 open") && said.out.contains("1 not counted"),
+        said.out.contains("1 pass") && said.out.contains("2 open") && said.out.contains("1 not counted"),
         "{}",
         said.out
     );

@@ -114,7 +114,7 @@ pub enum AnalysisError {
     },
     /// A response of a session has too many points to be a set of steady states.
     #[error(
-        "{file}:{line}: the response `{quantity}`\n  expected: at most {limit} points\n  found:    {points}\n  next:     say points = {{ from = \"plateaus\", … }}"
+        "{file}:{line}: the response `{quantity}`\n  expected: at most {limit} points\n  found:    {points}\n  next:     {next}"
     )]
     TooManyPoints {
         /// The session.
@@ -127,6 +127,8 @@ pub enum AnalysisError {
         points: usize,
         /// How many there may be.
         limit: usize,
+        /// What to do.
+        next: &'static str,
     },
     /// Two datasets bring different files of one actuator.
     #[error(

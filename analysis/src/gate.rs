@@ -24,6 +24,11 @@ fn points_without_prediction(comparison: &Comparison, metric: Metric) -> usize {
 
 /// Judges a comparison by bounds, from its stored metrics alone.
 pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_judged: Option<&str>) {
+    judge_by(comparison, bounds, not_judged);
+    comparison.sentence += &comparison.circumstances();
+}
+
+fn judge_by(comparison: &mut Comparison, bounds: Vec<Bound>, not_judged: Option<&str>) {
     comparison.judgements.clear();
     comparison.counted = true;
     if let Some(reason) = not_judged {
@@ -50,6 +55,10 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
         comparison.judgements.push(JudgementRecord { bound, verdict: judgement.verdict, sentence });
     }
     comparison.verdict = comparison.deciding().map_or(Verdict::Unjudged, |judgement| judgement.verdict);
+    if let Some(too_little) = too_little(comparison).filter(|_| comparison.judgements.is_empty()) {
+        comparison.sentence = too_little;
+        return;
+    }
     let unjudged = if let Some(why) = why_nothing(comparison) {
         why
     } else if comparison.points.is_empty() && !comparison.metrics_printed {
@@ -61,6 +70,18 @@ pub fn judge_comparison(comparison: &mut Comparison, bounds: Vec<Bound>, not_jud
     };
     comparison.sentence =
         comparison.deciding().map_or_else(|| unjudged.to_owned(), |judgement| judgement.sentence.clone());
+}
+
+/// Why nothing can be said of a movement that hardly meets its prediction.
+fn too_little(comparison: &Comparison) -> Option<String> {
+    let meeting = comparison.meeting.as_ref().filter(|meeting| meeting.is_too_little())?;
+    Some(format!(
+        "only {} of the shorter series overlaps the other, less than the {} asked for ({}), so no metric stands for the whole; series \
+         that overlap, or overlap_min in `points`, could decide it",
+        format::percent(meeting.overlap),
+        format::percent(meeting.overlap_min),
+        meeting.reach()
+    ))
 }
 
 /// Why no asked point has a value at all, where one reason holds for all of them: a fit that failed.
@@ -101,6 +122,9 @@ pub fn limit_text(metric: Metric, max: f64, unit: Unit) -> String {
 
 /// Measured points, zero references apart: what a prediction is asked for.
 pub fn asked(comparison: &Comparison) -> usize {
+    if let Some(meeting) = &comparison.meeting {
+        return meeting.n_available();
+    }
     let not_asked = |p: &&Point| {
         matches!(
             p.status,
@@ -150,6 +174,15 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
     };
     let distance = record.and_then(|r| r.value).map_or(0.0, |value| (value.abs() - bound.max).abs());
     match why {
+        // Runs of a movement are not merged, however many there are.
+        Why::SingleRepeat if comparison.samples_alone => format!(
+            "{name} is {value}, from single samples, matched at equal {}, which have no scatter to judge by; allow_single_repeat in the bound could decide it",
+            comparison.against.name()
+        ),
+        Why::NoInterval if comparison.samples_alone => format!(
+            "{name} is {value}, from single samples, matched at equal {}, of an instrument that declares no uncertainty; `std` or `resolution` in rig.toml and allow_single_repeat in the bound could decide it",
+            comparison.against.name()
+        ),
         Why::SingleRepeat => format!(
             "{name} is {value}, from one repeat at {} of {} points, which has no scatter to judge by; a second repeat at equal pressure, or allow_single_repeat in the bound, could decide it",
             comparison.points.iter().filter(|p| p.status == PointStatus::Used && p.runs.len() < 2).count(),
@@ -172,6 +205,9 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
             decides(bound.max_uncertainty.unwrap_or(0.0))
         ),
         Why::NotFinite => {
+            if let Some(too_little) = too_little(comparison) {
+                return too_little;
+            }
             let undefined = record.and_then(|r| r.undefined.as_deref());
             let reason = why_nothing(comparison).or(undefined).unwrap_or("it is not a finite number");
             format!("{name} cannot be formed: {reason}; a finite value at every point could decide it")

@@ -12,6 +12,7 @@
 //! | [`study`] | the responses of a dataset or session, and the comparisons asked of them |
 //! | [`align`] | the streams of a run on one time |
 //! | [`response`] | a quantity against gauge pressure, as measured |
+//! | [`trajectory`] | where a movement meets its prediction; a prediction moved onto a measurement |
 //! | [`prediction`] | what a model, an imported table or a printed column says at those points |
 //! | [`fit`] | calibration of parameters before a comparison |
 //! | [`pairing`] | what becomes of every point |
@@ -51,6 +52,7 @@ pub mod response;
 pub mod results;
 pub mod series;
 pub mod study;
+pub mod trajectory;
 pub mod uncertainty;
 pub mod verdict;
 

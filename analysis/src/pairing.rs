@@ -43,6 +43,7 @@ fn point(
         repeats: response.repeats.len(),
         pressures_gauge_pa: response.pressures_gauge_pa.clone(),
         pressure_share: share(&response.pressures_gauge_pa, full),
+        at: response.at,
         conditions_si: response.conditions.iter().map(|c| c.si).collect(),
         measured_half_width: half_widths(measured),
         measured: numbers(measured),

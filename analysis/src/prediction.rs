@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use pneuval_ingest::calibration::interpolate;
 use pneuval_ingest::document::Origin;
-use pneuval_ingest::manifest::{Actuator, Condition, ImportedModel, PredictedColumn};
+use pneuval_ingest::manifest::{Actuator, Condition, ImportedModel, Over, PredictedColumn};
 use pneuval_ingest::number::Printed;
 use pneuval_models::ModelError;
 use pneuval_models::catalogue::{Entry, Inputs, Model, Parameter};
@@ -157,15 +157,17 @@ impl Predictor for ImportedModel {
         let Some(&pressure) = pressures_gauge_pa.first() else {
             return Predicted::NoSolution("no pressure to look up".to_owned());
         };
+        let Over::Pressure { chamber, gauge_pa, .. } = &self.over else {
+            return Predicted::NoSolution("it is a table over time, and says nothing of pressure".to_owned());
+        };
         // What arithmetic leaves of a pressure at the end of the table is that end.
-        let ends = (self.pressures_gauge_pa.first(), self.pressures_gauge_pa.last());
+        let ends = (gauge_pa.first(), gauge_pa.last());
         let (Some(&low), Some(&high)) = ends else { return Predicted::NoSolution("the table is empty".to_owned()) };
         let slack = TABLE_END_SHARE * (high - low);
         let near = (low - slack..=high + slack).contains(&pressure);
         let pressure = if near { pressure.clamp(low, high) } else { pressure };
         let column = |table: &[Vec<f64>], i: usize| {
-            let points: Vec<(f64, f64)> =
-                self.pressures_gauge_pa.iter().zip(table).map(|(p, row)| (*p, row[i])).collect();
+            let points: Vec<(f64, f64)> = gauge_pa.iter().zip(table).map(|(p, row)| (*p, row[i])).collect();
             interpolate(&points, pressure)
         };
         let value = |i: usize| -> Option<Printed> {
@@ -176,12 +178,12 @@ impl Predictor for ImportedModel {
         if let Some(values) = (0..self.quantity.width()).map(value).collect::<Option<Vec<_>>>() {
             return Predicted::Value(values);
         }
-        let chamber = std::slice::from_ref(&self.chamber);
+        let chamber = std::slice::from_ref(chamber);
         let end = |p: Option<&f64>| p.map_or(String::new(), |p| format::pressures(&[*p], chamber));
         Predicted::NoSolution(format!(
             "the table reaches from {} to {}; nothing is extrapolated",
-            end(self.pressures_gauge_pa.first()),
-            end(self.pressures_gauge_pa.last())
+            end(gauge_pa.first()),
+            end(gauge_pa.last())
         ))
     }
 }
@@ -284,7 +286,12 @@ impl Prediction {
 
     /// A user's table at the points of a response.
     pub fn imported(model: &ImportedModel, response: &Response) -> Self {
-        let mut notes = vec!["straight lines between the rows of the table; nothing is extrapolated".to_owned()];
+        let lines = if response.movement.is_some() {
+            "the path of its rows; nothing of it is interpolated, nothing is extrapolated"
+        } else {
+            "straight lines between the rows of the table; nothing is extrapolated"
+        };
+        let mut notes = vec![lines.to_owned()];
         if model.std_si.is_some() {
             notes.push(
                 "the interval of a prediction is 1.96 of the table's standard uncertainties either side: 95 %"
@@ -299,7 +306,7 @@ impl Prediction {
             misprints: notes,
             rests_on: vec![],
             at: response.points.iter().map(|point| predict_at(model, point)).collect(),
-            traces: traces(model, response),
+            traces: if response.movement.is_some() { vec![] } else { traces(model, response) },
         }
     }
 

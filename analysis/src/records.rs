@@ -18,9 +18,9 @@ use crate::response::{
     Branch, Census, IntervalKind, Response, ResponsePoint, TableCensus, Unmet, Unsure, loop_weights,
 };
 use crate::results::{
-    ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, DatasetRecord, EstimateRecord, FindingRecord,
-    InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, RunRecord, SessionRecord, Severity,
-    SourceFile, SpanRecord, StatedRecord, TableRecord, WayRecord,
+    ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, Comparison, DatasetRecord, EstimateRecord,
+    FindingRecord, InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, RunMeetingRecord, RunRecord,
+    SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord, TableRecord, WayRecord,
 };
 use crate::study::{Data, Study};
 use crate::uncertainty::pointwise::linear;
@@ -467,6 +467,22 @@ fn unsure_plateaus(study: &str, session: &Session, quantity: &str, unsure: &Unsu
         spans: vec![],
         text: format!("{quantity}, {}", unsure.text()),
     }
+}
+
+/// What is worth knowing of how movements met a prediction.
+pub fn meetings(comparison: &Comparison) -> Vec<FindingRecord> {
+    let record = |run: &RunMeetingRecord, text: String| FindingRecord {
+        severity: Severity::Note,
+        kind: "meeting".to_owned(),
+        dataset: Some(comparison.dataset.clone()),
+        file: None,
+        channel: None,
+        count: None,
+        spans: vec![],
+        text: format!("{} of {}, run {}: {text}", comparison.form, comparison.quantity.id, run.run),
+    };
+    let runs = comparison.meeting.iter().flat_map(|meeting| &meeting.runs);
+    runs.flat_map(|run| run.told().into_iter().map(|text| record(run, text))).collect()
 }
 
 /// Plateaus at which nothing was measured. A run that has no other is lost: do its files count from one clock at all?

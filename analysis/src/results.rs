@@ -5,6 +5,7 @@
 
 mod comparisons;
 mod subjects;
+mod trajectory;
 
 use std::collections::BTreeMap;
 
@@ -24,6 +25,7 @@ pub use subjects::{
     InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, QuantityRecord, RunRecord, SessionRecord,
     SourceFile, StatedRecord, TableRecord, WayRecord,
 };
+pub use trajectory::{Against, AlignmentKind, MeetingRecord, MovementAlignmentRecord, RunMeetingRecord};
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 3;
@@ -197,8 +199,12 @@ impl Results {
                     && p.measured_half_width.len() == width
                     && p.predicted_half_width.len() == width
             };
-            if (c.chambers.is_empty() && !c.metrics_printed) || !c.points.iter().all(fits) {
+            let is_path = c.against != Against::Pressure;
+            if (c.chambers.is_empty() && !c.metrics_printed && !is_path) || !c.points.iter().all(fits) {
                 return Err(format!("{}: a point without a pressure per chamber or a value per component", c.id));
+            }
+            if is_path && !c.points.iter().all(|p| p.at.is_some_and(f64::is_finite)) {
+                return Err(format!("{}: a point of a movement without a place on it", c.id));
             }
             let count = |status| c.points.iter().filter(|p| p.status == status).count();
             if c.n_used != count(PointStatus::Used) || c.n_without_prediction != count(PointStatus::NoPrediction) {

@@ -7,29 +7,31 @@ use pneuval_ingest::store::{Columns, Series};
 pub struct Curve {
     /// The comparison's id.
     pub comparison: String,
-    /// One trace per set of conditions that its points have, in the order of their first point.
+    /// One trace per set of conditions that its points have, in the order of their first point. Of a movement the first is the
+    /// prediction, the others the runs as measured, thinned to what a figure shows.
     pub traces: Vec<Trace>,
 }
 
-/// A line over pressure.
+/// A line over pressure; of a movement, over time or the share of its arc length.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trace {
-    /// Its points, by rising pressure.
+    /// Its points, by rising pressure, or as they follow each other.
     pub points: Vec<CurvePoint>,
 }
 
 /// A point of a drawn curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurvePoint {
-    /// Share of the full pressure of every chamber, 0 to 1.
+    /// Share of the full pressure of every chamber, 0 to 1; of a movement, time in s or the share of its arc length.
     pub share: f64,
     /// The quantity per component, SI units.
     pub values: Vec<f64>,
 }
 
-const COLUMNS: [&str; 5] = ["comparison", "trace", "component", "pressure_share", "predicted_si"];
+const COLUMNS: [&str; 5] = ["comparison", "trace", "component", "at", "value_si"];
 
-/// Curves as columns: comparison id, trace and component (from 0), share of full pressure, predicted value in SI units.
+/// Curves as columns: comparison id, trace and component (from 0), share of full pressure (of a movement time in s, or the share of
+/// its arc length), value in SI units.
 pub fn to_columns(curves: &[Curve]) -> Columns {
     let mut ids = Vec::new();
     let mut numbers: [Vec<Option<f64>>; 4] = Default::default();

@@ -1,7 +1,9 @@
 //! What is compared, whatever it was read from: the responses of a dataset or session and the comparisons asked of them.
 
 use pneuval_ingest::finding::Finding;
-use pneuval_ingest::manifest::{Actuator, ComparisonSpec, PublishedDataset, Statistic};
+use pneuval_ingest::manifest::{
+    Abscissa, Actuator, Align, ComparisonSpec, ImportedModel, Over, PointRule, PublishedDataset, Statistic,
+};
 use pneuval_ingest::session::Session;
 use pneuval_models::catalogue::{self, Entry};
 
@@ -100,6 +102,12 @@ impl<'a> Study<'a> {
                                 quantity: spec.quantity.id.clone(),
                                 points,
                                 limit: POINTS_MAX,
+                                next: match spec.points {
+                                    PointRule::Trajectory(_) => {
+                                        "add `every` to `points`: every = 10 takes one of ten samples"
+                                    }
+                                    _ => "say points = { from = \"plateaus\", … }",
+                                },
                             }
                         })?;
                     responses.push(response);
@@ -157,6 +165,7 @@ pub fn suits(entry: &Entry, response: &Response) -> bool {
         response.conditions.iter().any(|c| c.id == name && c.unit.dimension.si_symbol() == si_unit)
     };
     entry.quantity == response.quantity.id
+        && response.movement.is_none()
         && entry.quantity_si_unit == response.quantity.unit.dimension.si_symbol()
         && response.quantity.components == entry.components
         && response.chambers == entry.chambers
@@ -167,13 +176,21 @@ pub fn suits(entry: &Entry, response: &Response) -> bool {
 fn every(input: &Input, response: &Response) -> Vec<ComparisonSpec> {
     let actuator = &input.actuator;
     let entries = catalogue::entries().filter(|e| e.actuator == actuator.kind && suits(e, response)).map(|e| e.form);
-    let imported = actuator.imported.iter().filter(|m| m.quantity.id == response.quantity.id).map(|m| m.form.as_str());
+    // A table over time meets nothing at equal pressure, and one over pressure nothing at equal time.
+    let at = response.movement.as_ref().map(|movement| movement.rule.at);
+    let suits_axis = |m: &&ImportedModel| match m.over {
+        Over::Pressure { .. } => at != Some(Abscissa::Time),
+        Over::Time { .. } => at.is_some(),
+    };
+    let imported = actuator.imported.iter().filter(|m| m.quantity.id == response.quantity.id).filter(suits_axis);
+    let imported = imported.map(|m| m.form.as_str());
     let spec = |form: &str| ComparisonSpec {
         quantity: response.quantity.id.clone(),
         form: form.to_owned(),
         model: None,
         title: None,
         fit: None,
+        align: Align::None,
         not_judged: None,
         remark: None,
         line: 1,

@@ -163,6 +163,14 @@ impl Table {
     /// [`IngestError::Malformed`] if the column is missing (with the nearest name), its unit is unknown or measures something
     /// else, or a cell is neither empty nor a number.
     pub fn column(&self, name: &str, dimension: Dimension) -> Result<Column, IngestError> {
+        self.column_in(name, dimension, None)
+    }
+
+    /// A column whose unit is stated elsewhere, where the unit row does not say it.
+    ///
+    /// # Errors
+    /// As [`Table::column`], and for a unit row that says another unit.
+    pub fn column_in(&self, name: &str, dimension: Dimension, stated: Option<Unit>) -> Result<Column, IngestError> {
         let Some(index) = self.names.iter().position(|n| n == name) else {
             let place = Place::new(&self.file, Some(self.names_line), Some(format!("column `{name}`")));
             let found = format!("columns {}", self.names.join(", "));
@@ -171,13 +179,19 @@ impl Table {
         };
         let symbol = &self.units[index];
         let place = || Place::new(&self.file, Some(self.units_line), Some(format!("column `{name}`")));
-        let Some(unit) = Unit::parse(symbol) else {
+        let unit = if symbol.is_empty() { stated } else { Unit::parse(symbol) };
+        let Some(unit) = unit else {
             if symbol.parse::<f64>().is_ok() {
                 let next = "write the units in a line of their own below the names, such as `kPa,mm`";
                 return Err(malformed(place(), "a unit", shown(symbol), next));
             }
             return Err(malformed(place(), "a known unit", shown(symbol), &Unit::suggestion(symbol)));
         };
+        if let Some(stated) = stated.filter(|stated| *stated != unit) {
+            let expected = format!("unit `{}`, as is stated", stated.symbol);
+            let next = "remove the stated `unit`, or correct one of them";
+            return Err(malformed(place(), &expected, shown(symbol), next));
+        }
         if unit.dimension != dimension {
             return Err(malformed(
                 place(),
@@ -195,11 +209,25 @@ impl Table {
     /// # Errors
     /// As [`Table::column`], and for a hole, with what is `needed` instead.
     pub fn every(&self, name: &str, dimension: Dimension, needed: &str) -> Result<Vec<Printed>, IngestError> {
+        self.every_in(name, dimension, None, needed)
+    }
+
+    /// A column without holes, whose unit is stated elsewhere where the unit row does not say it.
+    ///
+    /// # Errors
+    /// As [`Table::column_in`], and for a hole, with what is `needed` instead.
+    pub fn every_in(
+        &self,
+        name: &str,
+        dimension: Dimension,
+        stated: Option<Unit>,
+        needed: &str,
+    ) -> Result<Vec<Printed>, IngestError> {
         let number = |(row, cell): (usize, Option<Printed>)| match cell {
             Some(cell) if cell.si.is_finite() => Ok(cell),
             _ => Err(self.hole(row, name, needed)),
         };
-        self.column(name, dimension)?.cells.into_iter().enumerate().map(number).collect()
+        self.column_in(name, dimension, stated)?.cells.into_iter().enumerate().map(number).collect()
     }
 
     fn cell(&self, row: &Row, index: usize, name: &str, unit: Unit) -> Result<Option<Printed>, IngestError> {

@@ -8,6 +8,7 @@ use crate::prediction::{Form, Predicted, Predictor, full_pressures, predict_at};
 use crate::response::{Repeat, Response, ResponsePoint, Target};
 use crate::results::InputsRecord;
 use crate::study::Study;
+use crate::uncertainty::coverage::Z95;
 use crate::uncertainty::errors::{Cause, Errors, Factor, Source};
 use crate::uncertainty::inputs::{Input, Sampling, Spread, propagate};
 use crate::uncertainty::scatter::scatter;
@@ -74,6 +75,17 @@ pub(super) fn errors(
         // Straight lines between its rows are what the table says, by declaration; what its own numerics leave open is for its `std`.
         Between::Imported(model) => {
             let std = |i: usize, c: usize| std_at(model, &response.points[i], c);
+            errors.add(
+                Source::new(format!("std of {}", model.form), Cause::Input),
+                [(zeros(), values(&|i, c, _| std(i, c)))],
+            );
+        }
+        // The table's standard uncertainty of the row that meets each point.
+        Between::Path(model) => {
+            let std = |i: usize, c: usize| match &posed.prediction.at[i] {
+                Predicted::Value(row) => row.get(c).map_or(0.0, |v| v.half_width_si / Z95),
+                _ => 0.0,
+            };
             errors.add(
                 Source::new(format!("std of {}", model.form), Cause::Input),
                 [(zeros(), values(&|i, c, _| std(i, c)))],
@@ -272,6 +284,10 @@ fn add_scatter(errors: &mut Errors, response: &Response, scatters: Vec<(Vec<f64>
 /// What each repeat adds to the mean of its points: over all repeats the squares sum up to the variance of the mean. Repeats
 /// differ in the pressures at which they read, too, and by the slope of the prediction in what is predicted for them.
 fn scatters(response: &Response, slopes: &dyn Fn(Target) -> Vec<f64>) -> Vec<(Vec<f64>, Vec<f64>)> {
+    // Of the samples of a movement nothing is a repeat.
+    if response.repeats.is_empty() {
+        return vec![];
+    }
     let width = response.quantity.width();
     let of_chambers: Vec<Vec<f64>> = (0..response.chambers.len()).map(|c| slopes(Target::Pressure(c))).collect();
     let of_conditions: Vec<Vec<f64>> = (0..response.conditions.len()).map(|c| slopes(Target::Condition(c))).collect();
@@ -421,9 +437,7 @@ fn of_neighbours(response: &Response, at: &[Predicted], i: usize, target: Target
 /// The table's own standard uncertainty at a point.
 fn std_at(model: &ImportedModel, point: &ResponsePoint, component: usize) -> f64 {
     match model.at(&point.pressures_gauge_pa, &[]) {
-        Predicted::Value(values) => {
-            values.get(component).map_or(0.0, |v| v.half_width_si / crate::uncertainty::coverage::Z95)
-        }
+        Predicted::Value(values) => values.get(component).map_or(0.0, |v| v.half_width_si / Z95),
         _ => 0.0,
     }
 }

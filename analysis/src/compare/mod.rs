@@ -3,27 +3,31 @@
 pub(crate) mod errors;
 mod predict;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use pneuval_ingest::error::suggestion;
-use pneuval_ingest::manifest::{ComparisonSpec, Quantity, Statistic};
+use pneuval_ingest::manifest::{Align, ComparisonSpec, Quantity, Statistic};
 
 use predict::unknown_form;
-pub(crate) use predict::{Posed, predict};
+pub(crate) use predict::{Between, Posed, predict};
 
 use crate::AnalysisError;
 use crate::gate::{judge_comparison, notes, strangers};
 use crate::metrics::{self, Interval, Measure, Metric};
 use crate::pairing::{measure_published, measure_session, points};
+use crate::prediction::Prediction;
 use crate::records;
 use crate::remark::remark;
-use crate::response::Response;
+use crate::response::{POINTS_MAX, Response};
 use crate::results::{
-    ActuatorRecord, Comparison, ConditionRecord, FindingRecord, MetricRecord, PointStatus, QuantityRecord, Results,
-    SCHEMA_VERSION,
+    ActuatorRecord, Against, Comparison, ConditionRecord, FindingRecord, MeetingRecord, MetricRecord,
+    MovementAlignmentRecord, PointStatus, QuantityRecord, Results, SCHEMA_VERSION,
 };
 use crate::series::Curve;
 use crate::study::{BoundsScope, Input, NO_FORM, Study};
+use crate::trajectory;
+use crate::uncertainty::errors::Errors;
 use crate::verdict::{Basis, Verdict};
 
 /// What `validate` computes: the numbers, and the curves behind the figures.
@@ -52,6 +56,7 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
         for spec in &study.comparisons {
             let (comparison, curve) = compare(study, spec)?;
             curves.push(curve);
+            findings.extend(records::meetings(&comparison));
             comparisons.push(comparison);
         }
         for statistic in study.statistics {
@@ -116,10 +121,14 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
         // The readers refuse a comparison without its measurement.
         return Err(unknown_form(study, spec, []));
     };
-    let posed = predict(study, spec, response)?;
-    let points = points(response, &posed.prediction.at);
-    let errors = (response.basis == Basis::Session).then(|| errors::errors(study, spec, response, &posed));
-    let Posed { prediction, fit, .. } = posed;
+    let mut sides = side_by_side(study, spec, response)?;
+    // What moves a prediction moves it where it is predicted: it is turned with it.
+    let mut errors =
+        (response.basis == Basis::Session).then(|| errors::errors(study, spec, &sides.response, &sides.posed));
+    let alignment = sides.align(spec.align, errors.as_mut().map(|(errors, _)| errors));
+    let Sides { response, posed: Posed { prediction, fit, .. }, meeting } = sides;
+    let response = response.as_ref();
+    let points = points(response, &prediction.at);
     let mut comparison = blank(study, &spec.quantity, response, &spec.form);
     comparison.title = spec.title.clone().unwrap_or(prediction.title);
     comparison.kind = prediction.kind;
@@ -129,7 +138,8 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     comparison.rests_on = prediction.rests_on;
     comparison.fit = fit;
     let count = |status| points.iter().filter(|p| p.status == status).count();
-    comparison.n_available = points.len() - count(PointStatus::HoleInPrint);
+    comparison.n_available =
+        meeting.as_ref().map_or_else(|| points.len() - count(PointStatus::HoleInPrint), MeetingRecord::n_available);
     comparison.n_used = count(PointStatus::Used);
     comparison.n_without_prediction = count(PointStatus::NoPrediction);
     match errors {
@@ -142,12 +152,68 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
         }
     }
     comparison.points = points;
+    if let Some(too_little) = meeting.as_ref().filter(|meeting| meeting.is_too_little()) {
+        let why = format!("too little of the two overlaps: {}", too_little.reach());
+        comparison.metrics.iter_mut().for_each(|metric| metric.withhold(&why));
+        comparison.budget.clear();
+        comparison.validation = None;
+    }
+    (comparison.meeting, comparison.alignment) = (meeting, alignment);
     comparison.remark = remark(study, spec, response, &comparison)?;
     let dimension = response.quantity.unit.dimension;
     let bounds = study.input.bounds.of(&study.input.actuator.id, &spec.quantity, &spec.form, dimension)?;
     judge_comparison(&mut comparison, bounds, spec.not_judged.as_deref());
     let curve = Curve { comparison: comparison.id.clone(), traces: prediction.traces };
     Ok((comparison, curve))
+}
+
+/// A response and a prediction at the same points.
+pub(crate) struct Sides<'a> {
+    /// With the points at which the two are compared.
+    pub response: Cow<'a, Response>,
+    /// With the prediction at those points.
+    pub posed: Posed<'a>,
+    /// How much of a movement meets the prediction.
+    pub meeting: Option<MeetingRecord>,
+}
+
+impl Sides<'_> {
+    /// Moves the prediction onto the measurement, if that is asked for, and what moves it with it; how.
+    pub fn align(&mut self, align: Align, errors: Option<&mut Errors>) -> Option<MovementAlignmentRecord> {
+        trajectory::align(align, &self.response, &mut self.posed.prediction, errors)
+    }
+}
+
+/// A prediction beside what it is compared with: at the points of the response, or where a movement meets it. Nothing is moved yet.
+pub(crate) fn side_by_side<'a>(
+    study: &'a Study,
+    spec: &'a ComparisonSpec,
+    response: &'a Response,
+) -> Result<Sides<'a>, AnalysisError> {
+    let mut posed = predict(study, spec, response)?;
+    let mut meeting = None;
+    let mut response = Cow::Borrowed(response);
+    if let (Between::Path(model), Some(movement)) = (&posed.between, &response.movement) {
+        posed.prediction.traces = trajectory::traces(movement, model);
+        if let Some(met) = trajectory::meet(&response, model) {
+            posed.prediction.at = met.at;
+            (response, meeting) = (Cow::Owned(met.response), Some(met.record));
+        }
+    } else if let Some(samples) = trajectory::samples(&response, POINTS_MAX) {
+        posed.prediction = Prediction::none(&samples);
+        response = Cow::Owned(samples);
+    }
+    if response.points.len() > POINTS_MAX {
+        return Err(AnalysisError::TooManyPoints {
+            file: study.input.file.clone(),
+            line: spec.line,
+            quantity: spec.quantity.clone(),
+            points: response.points.len(),
+            limit: POINTS_MAX,
+            next: "thin the rows of the prediction: each is a point",
+        });
+    }
+    Ok(Sides { response, posed, meeting })
 }
 
 /// A comparison before anything is known of it.
@@ -166,6 +232,10 @@ fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comp
         misprints: vec![],
         rests_on: vec![],
         fit: None,
+        against: response.movement.as_ref().map_or(Against::Pressure, |movement| movement.rule.at.into()),
+        meeting: None,
+        alignment: None,
+        samples_alone: response.basis == Basis::Session && response.repeats.is_empty(),
         basis: response.basis,
         metrics_printed: false,
         conditions: response
@@ -216,6 +286,7 @@ fn stated(study: &Study, statistic: &Statistic) -> Result<Comparison, AnalysisEr
         same_within_pa: 0.0,
         rounding_pa: 0.0,
         points: vec![],
+        movement: None,
         columns: vec![],
         texts: vec![],
         repeats: vec![],

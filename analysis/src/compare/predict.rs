@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use pneuval_ingest::error::suggestion;
-use pneuval_ingest::manifest::{ComparisonSpec, FitSpec, HoldOut, ImportedModel};
+use pneuval_ingest::manifest::{Abscissa, ComparisonSpec, FitSpec, HoldOut, ImportedModel, Over};
 use pneuval_models::ModelError;
 use pneuval_models::catalogue::{self, Entry, Inputs};
 use pneuval_models::least_squares::Fit;
@@ -35,6 +35,8 @@ pub(crate) enum Between<'a> {
     Form(Form<'a>),
     /// A user's table.
     Imported(&'a ImportedModel),
+    /// A user's table as a path: its rows meet a movement.
+    Path(&'a ImportedModel),
     /// Nothing does, and why.
     Nothing(&'static str),
 }
@@ -45,6 +47,7 @@ impl Between<'_> {
         match self {
             Self::Form(form) => Ok(form),
             Self::Imported(model) => Ok(*model),
+            Self::Path(_) => Err("it is a path, which meets what was measured at its own rows only"),
             Self::Nothing(why) => Err(why),
         }
     }
@@ -79,17 +82,18 @@ pub(crate) fn predict<'a>(
         }
         let fits = model.quantity.unit.dimension == response.quantity.unit.dimension
             && model.quantity.components == response.quantity.components
-            && response.chambers == [model.chamber.as_str()];
+            && meets(&model.over, response);
         if !fits {
             return Err(mismatch(
                 study,
                 spec,
                 response,
-                &format!("a unit of {}, chamber {}", model.quantity.unit.dimension.si_symbol(), model.chamber),
+                &format!("a unit of {}, {}", model.quantity.unit.dimension.si_symbol(), over(model, response)),
             ));
         }
         let prediction = Prediction::imported(model, response);
-        return Ok(Posed { prediction, fit: None, between: Between::Imported(model), refused: None });
+        let between = if response.movement.is_some() { Between::Path(model) } else { Between::Imported(model) };
+        return Ok(Posed { prediction, fit: None, between, refused: None });
     }
     let forms = || catalogue::entries().filter(|e| e.actuator == actuator.kind && e.quantity == spec.quantity);
     let Some(entry) = forms().find(|e| e.form == model_form) else {
@@ -97,6 +101,9 @@ pub(crate) fn predict<'a>(
     };
     if !study::suits(entry, response) {
         let mut expected = format!("a unit of {}, chambers {}", entry.quantity_si_unit, entry.chambers.join(", "));
+        if response.movement.is_some() {
+            expected = format!("points at equal pressure (a form knows no time), {expected}");
+        }
         if !entry.components.is_empty() {
             expected = format!("{expected}, components {}", entry.components.join(", "));
         }
@@ -122,8 +129,39 @@ pub(crate) fn predict<'a>(
     calibration.run(rests_on.clone()).or_else(|error| calibration.open(error, rests_on))
 }
 
+/// Whether a table rises with what a response is compared at. A path needs no stamps of its own to be compared at equal arc length.
+fn meets(over: &Over, response: &Response) -> bool {
+    match (over, &response.movement) {
+        (Over::Pressure { chamber, .. }, None) => response.chambers == [chamber.as_str()],
+        (Over::Pressure { .. }, Some(movement)) => movement.rule.at == Abscissa::ArcLength,
+        (Over::Time { .. }, movement) => movement.is_some(),
+    }
+}
+
+/// Over what a table is, and with what response it is compared.
+fn over(model: &ImportedModel, response: &Response) -> String {
+    let mut text = match &model.over {
+        Over::Pressure { chamber, .. } if response.movement.is_some() => {
+            format!(
+                "points at equal pressure of chamber {chamber}, or at equal arc length (it is a table over pressure)"
+            )
+        }
+        Over::Pressure { chamber, .. } => format!("chamber {chamber}"),
+        Over::Time { .. } => {
+            "points = { from = \"trajectory\", at = \"time\" or \"arc-length\" } (it is a table over time)".to_owned()
+        }
+    };
+    if !model.quantity.components.is_empty() {
+        text = format!("{text}, components {}", model.quantity.components.join(", "));
+    }
+    text
+}
+
 fn mismatch(study: &Study, spec: &ComparisonSpec, response: &Response, expected: &str) -> AnalysisError {
     let mut found = format!("unit `{}`, chambers {}", response.quantity.unit.symbol, response.chambers.join(", "));
+    if let Some(movement) = &response.movement {
+        found = format!("unit `{}`, at equal {}", response.quantity.unit.symbol, movement.rule.at.id());
+    }
     if !response.quantity.components.is_empty() {
         found = format!("{found}, components {}", response.quantity.components.join(", "));
     }

@@ -25,6 +25,7 @@ mod record;
 mod samples;
 mod table;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
@@ -41,10 +42,11 @@ pub use record::{ColumnRecord, DataRecord, ExportRecord, FileRecord, LeftOut, Ta
 pub use table::Origin;
 
 use crate::AnalysisError;
-use crate::compare::{Posed, predict};
+use crate::compare::{Posed, Sides, side_by_side};
 use crate::place::{self, Kind};
 use crate::records;
-use crate::results::FitRecord;
+use crate::response::Response;
+use crate::results::{FitRecord, MovementAlignmentRecord};
 use crate::study::{Data, NO_FORM, Study};
 use bag::Bag;
 use samples::Samples;
@@ -115,6 +117,9 @@ struct Compared<'a> {
     response: usize,
     spec: &'a ComparisonSpec,
     posed: Posed<'a>,
+    /// The response with the points that are compared: of a movement, those at which this form meets it.
+    points: Cow<'a, Response>,
+    alignment: Option<MovementAlignmentRecord>,
 }
 
 impl Compared<'_> {
@@ -132,7 +137,9 @@ impl Compared<'_> {
         });
         let rests_on = &self.posed.prediction.rests_on;
         let rests_on = (!rests_on.is_empty()).then(|| format!("rests on {}", rests_on.join(", ")));
-        let words: Vec<String> = fitted.into_iter().chain(rests_on).collect();
+        let unit = self.points.quantity.unit;
+        let aligned = self.alignment.as_ref().map(|alignment| alignment.text(unit));
+        let words: Vec<String> = fitted.into_iter().chain(rests_on).chain(aligned).collect();
         (!words.is_empty()).then(|| words.join("; "))
     }
 }
@@ -153,13 +160,15 @@ impl<'a> Export<'a> {
         let (mut compared, mut left_out) = (Vec::new(), Vec::new());
         for spec in study.comparisons.iter().filter(|spec| spec.form != NO_FORM) {
             let Some(response) = study.responses.iter().position(|r| r.quantity.id == spec.quantity) else { continue };
-            let refused = match predict(study, spec, &study.responses[response]) {
-                Ok(Posed { refused: Some(error), .. })
+            let refused = match side_by_side(study, spec, &study.responses[response]) {
+                Ok(Sides { posed: Posed { refused: Some(error), .. }, .. })
                 | Err(
                     error @ (AnalysisError::Fit { .. } | AnalysisError::HoldOut { .. } | AnalysisError::Model { .. }),
                 ) => error,
-                Ok(posed) => {
-                    compared.push(Compared { response, spec, posed });
+                Ok(mut sides) => {
+                    let alignment = sides.align(spec.align, None);
+                    let Sides { response: points, posed, .. } = sides;
+                    compared.push(Compared { response, spec, posed, points, alignment });
                     continue;
                 }
                 Err(error) => return Err(error),

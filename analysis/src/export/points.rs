@@ -1,7 +1,7 @@
 //! The points of responses as tables: pressures, conditions, what was measured, and what each form says there.
 
-use pneuval_ingest::manifest::ResponseSpec;
-use pneuval_ingest::units::Dimension;
+use pneuval_ingest::manifest::{Abscissa, ResponseSpec};
+use pneuval_ingest::units::{Dimension, Unit};
 
 use super::samples::{component_base, component_title};
 use super::table::{Head, Origin, Table};
@@ -24,28 +24,49 @@ struct Form<'a> {
 pub(super) fn of_session(export: &Export) -> Table {
     let mut all = Table::default();
     for (index, response) in export.study.responses.iter().enumerate() {
-        let mut table = Table::default();
-        let quantities = vec![response.quantity.id.clone(); response.points.len()];
-        table.words(Head::new("quantity", "Quantity", Origin::Label), quantities);
-        let runs = response.points.iter().map(|point| point.runs.join(", ")).collect();
-        table.words(Head::new("runs", "Runs whose mean it is", Origin::Label), runs);
-        fill(&mut table, export, index, response);
-        all.stack(table);
+        let Some(movement) = &response.movement else {
+            all.stack(of_response(export, index, response, forms(export, index, response), None));
+            continue;
+        };
+        // Each form meets a movement at places of its own.
+        for compared in export.compared.iter().filter(|compared| compared.response == index) {
+            let forms = vec![form(compared)];
+            all.stack(of_response(export, index, &compared.points, forms, Some(movement.rule.at)));
+        }
     }
     all
+}
+
+fn of_response(export: &Export, index: usize, response: &Response, forms: Vec<Form>, at: Option<Abscissa>) -> Table {
+    let mut table = Table::default();
+    let quantities = vec![response.quantity.id.clone(); response.points.len()];
+    table.words(Head::new("quantity", "Quantity", Origin::Label), quantities);
+    let runs = response.points.iter().map(|point| point.runs.join(", ")).collect();
+    table.words(Head::new("runs", "Runs whose mean it is", Origin::Label), runs);
+    let places = response.points.iter().map(|point| point.at.unwrap_or(f64::NAN));
+    match at {
+        Some(Abscissa::Time) => table.numbers(Head::new("time", "Time", Origin::Time), Unit::SECOND, places),
+        Some(Abscissa::ArcLength) => {
+            table.numbers(Head::new("arc-share", "Share of the arc length", Origin::Setting), Unit::ONE, places);
+        }
+        Some(Abscissa::Pressure) | None => {}
+    }
+    fill(&mut table, export, index, response, forms);
+    table
 }
 
 /// A printed table.
 pub(super) fn of_print(export: &Export, index: usize) -> Table {
     let mut table = Table::default();
-    fill(&mut table, export, index, &export.study.responses[index]);
+    let response = &export.study.responses[index];
+    fill(&mut table, export, index, response, forms(export, index, response));
     table
 }
 
-fn fill(table: &mut Table, export: &Export, index: usize, response: &Response) {
+fn fill(table: &mut Table, export: &Export, index: usize, response: &Response, forms: Vec<Form>) {
     settings(table, export, index, response);
     measured(table, response);
-    for form in forms(export, index, response) {
+    for form in forms {
         predicted(table, response, &form);
     }
 }
@@ -124,15 +145,19 @@ fn component_of(values: Option<&Vec<f64>>, component: usize) -> f64 {
     values.and_then(|values| values.get(component)).copied().unwrap_or(f64::NAN)
 }
 
-/// The comparisons of a response, then the printed columns that nothing compares.
-fn forms<'a>(export: &'a Export<'a>, index: usize, response: &'a Response) -> Vec<Form<'a>> {
-    let of_response = || export.compared.iter().filter(move |compared| compared.response == index);
-    let compared = |compared: &'a Compared| Form {
+/// A comparison.
+fn form<'a>(compared: &'a Compared) -> Form<'a> {
+    Form {
         id: &compared.spec.form,
         title: compared.title().to_owned(),
         note: compared.note(),
-        points: pairing::points(response, &compared.posed.prediction.at),
-    };
+        points: pairing::points(&compared.points, &compared.posed.prediction.at),
+    }
+}
+
+/// The comparisons of a response, then the printed columns that nothing compares.
+fn forms<'a>(export: &'a Export<'a>, index: usize, response: &'a Response) -> Vec<Form<'a>> {
+    let of_response = || export.compared.iter().filter(move |compared| compared.response == index);
     let is_compared = |form: &str| of_response().any(|compared| compared.spec.form == form);
     let printed = response.columns.iter().filter(|column| !is_compared(&column.form)).map(|column| Form {
         id: &column.form,
@@ -140,7 +165,7 @@ fn forms<'a>(export: &'a Export<'a>, index: usize, response: &'a Response) -> Ve
         note: None,
         points: pairing::points(response, &Prediction::published(response, column).at),
     });
-    of_response().map(compared).chain(printed).collect()
+    of_response().map(form).chain(printed).collect()
 }
 
 /// A status as `results.json` has it.

@@ -24,6 +24,8 @@ const AROUND_ROWS_PX: u32 = 220;
 /// Figures are drawn this many times larger and averaged down: the plotting library rounds line ends to whole pixels, which
 /// makes flat curves wobble.
 const OVERSAMPLING: u32 = 2;
+/// Width of the line of a movement.
+const TRAIL_PX: u32 = 3;
 const LEGEND_PX: i32 = px(430);
 const TITLE_PX: i32 = px(84);
 const FONT: &str = "pneuval";
@@ -101,6 +103,8 @@ pub enum Layer {
     Reference(Vec<(f64, f64)>),
     /// A line.
     Line { points: Vec<(f64, f64)>, ink: Ink, dashed: bool },
+    /// The line of a movement or of noise, which turns sharply and comes back.
+    Trail { points: Vec<(f64, f64)>, ink: Ink },
     /// Marks, each with the text it gets if it lies outside the axes.
     Marks { points: Vec<(f64, f64, String)>, ink: Ink, shape: Shape },
     /// Vertical bars from low to high at an x: intervals of measured values.
@@ -295,6 +299,16 @@ impl Chart {
                     } else {
                         plot.draw_series([PathElement::new(piece, style)])?;
                     }
+                }
+            }
+            Layer::Trail { points, ink } => {
+                for piece in self.clipped(points) {
+                    // The plotting library joins the sides of a line where they meet, which is far away at a sharp turn: each step is a
+                    // line of its own, and a disc joins two.
+                    let style = ink.colour().stroke_width(stroke(TRAIL_PX));
+                    plot.draw_series(piece.windows(2).map(|step| PathElement::new(step.to_vec(), style)))?;
+                    let radius = stroke(TRAIL_PX) / 2;
+                    plot.draw_series(piece.iter().map(|at| Circle::new(*at, radius, ink.colour().filled())))?;
                 }
             }
             Layer::Marks { points, ink, shape } => {

@@ -15,6 +15,9 @@ pub fn loop_weights(
     response: &Response,
     usable: &dyn Fn(&ResponsePoint) -> bool,
 ) -> Result<(Vec<Station>, f64), &'static str> {
+    if response.movement.is_some() {
+        return Err("a movement at equal time or arc length has no loop over the pressure");
+    }
     if response.quantity.width() > 1 {
         return Err("a position has no loop area");
     }

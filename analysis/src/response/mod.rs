@@ -13,12 +13,14 @@ pub use census::{Census, Creep, TableCensus, Unmet, Unsure};
 pub use drift::Drift;
 pub use hysteresis::loop_weights;
 pub(crate) use plateaus::GAP_STEPS;
+pub(crate) use plateaus::rounding_s;
 pub use session::{POINTS_MAX, without_rounding};
 pub use way::Branch;
 
-use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity};
+use pneuval_ingest::manifest::{Condition, PredictedColumn, PublishedTable, Quantity, TrajectoryRule};
 use pneuval_ingest::number::Printed;
 
+use crate::trajectory::Path;
 use crate::verdict::Basis;
 
 /// A measured response.
@@ -42,11 +44,13 @@ pub struct Response {
     pub rounding_pa: f64,
     /// The points, in the order of the source.
     pub points: Vec<ResponsePoint>,
+    /// The movements behind a comparison at equal time or arc length: its points are where a prediction meets them.
+    pub movement: Option<Movement>,
     /// Predictions that stand beside the measurement in its source.
     pub columns: Vec<PredictedColumn>,
     /// Every cell of the source as printed, by column name, for sentences on the page; empty for a session.
     pub texts: Vec<(String, Vec<String>)>,
-    /// What is repeated: runs, or the conditioned cycles of a sole run.
+    /// What is repeated: runs, or the conditioned cycles of a sole run. Of the samples of a movement nothing is.
     pub repeats: Vec<String>,
     /// What instruments declare of their errors.
     pub instruments: Vec<InstrumentError>,
@@ -76,6 +80,17 @@ pub enum Target {
     Condition(usize),
 }
 
+/// Movements that are compared at equal time or arc length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Movement {
+    /// How a prediction meets them.
+    pub rule: TrajectoryRule,
+    /// The instruments' standard uncertainty of each component; `None` where one declares none.
+    pub std_si: Vec<Option<f64>>,
+    /// One per run.
+    pub paths: Vec<Path>,
+}
+
 /// One point of a response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponsePoint {
@@ -85,6 +100,8 @@ pub struct ResponsePoint {
     pub runs: Vec<String>,
     /// Gauge pressure per chamber, in Pa.
     pub pressures_gauge_pa: Vec<f64>,
+    /// Of a movement: the time in s, or the share of the arc length.
+    pub at: Option<f64>,
     /// Value of each condition, with what its print leaves open.
     pub conditions: Vec<Printed>,
     /// The value of each component with its interval; `None` is a hole in print.
@@ -128,7 +145,8 @@ pub enum IntervalKind {
 impl Response {
     /// Whether every chamber of a point is at zero gauge pressure: the reference, excluded from metrics.
     pub fn is_zero_reference(&self, point: &ResponsePoint) -> bool {
-        point.pressures_gauge_pa.iter().all(|p| p.abs() <= self.zero_within_pa)
+        // A movement may begin at zero pressure, and is compared there too.
+        point.at.is_none() && point.pressures_gauge_pa.iter().all(|p| p.abs() <= self.zero_within_pa)
     }
 
     /// The indices of all repeats, and where the values are that every one of them read: component by component, point by point. Not at
@@ -172,6 +190,7 @@ impl From<&PublishedTable> for Response {
                 line: table.lines[row],
                 runs: vec![],
                 pressures_gauge_pa: table.pressures_gauge_pa[row].clone(),
+                at: None,
                 conditions: table.conditions_si[row].clone(),
                 measured: table.measured[row].clone(),
                 interval: IntervalKind::PrintedDigits,
@@ -191,6 +210,7 @@ impl From<&PublishedTable> for Response {
             same_within_pa: 0.0,
             rounding_pa: 0.0,
             points,
+            movement: None,
             columns: table.predicted.clone(),
             texts: table.texts.clone(),
             repeats: vec![],

@@ -17,7 +17,7 @@ const NORMAL_OF_MEDIAN: f64 = 1.482_602_218_505_602;
 const STAMP_ROUNDINGS: f64 = 4.0;
 
 /// What rounding leaves open of a difference of two stamps of this size, in s.
-pub(super) fn rounding_s(stamp_s: f64) -> f64 {
+pub(crate) fn rounding_s(stamp_s: f64) -> f64 {
     STAMP_ROUNDINGS * f64::EPSILON * stamp_s.abs()
 }
 

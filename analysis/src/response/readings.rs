@@ -26,6 +26,8 @@ pub(super) struct Reading {
     /// Index of the run.
     pub run: usize,
     pub line: usize,
+    /// Stamp of its first sample; not a number where there is no clock.
+    pub seconds: f64,
     pub pressures: Vec<f64>,
     pub conditions: Vec<f64>,
     /// A component without a number makes the reading a hole, which still takes its turn.
@@ -77,8 +79,12 @@ impl<'a> Needed<'a> {
         if !is_one && !spec.points.is_timed() {
             return None;
         }
-        let state = run.channels.get(spec.state_channels().next()?)?.stream;
-        run.stream_of(spec.state_channels())?;
+        // What is measured may stand alone: a movement at equal time needs no pressure.
+        let lead = if is_one { spec.channels().next()? } else { spec.state_channels().next()? };
+        let state = run.channels.get(lead)?.stream;
+        if !is_one {
+            run.stream_of(spec.state_channels())?;
+        }
         let mut parts: Vec<Part<'a>> = Vec::new();
         let mut indices: Vec<usize> = Vec::new();
         let mut take = |id: &str| -> Option<(usize, &'a [f64])> {
@@ -126,9 +132,10 @@ impl<'a> Needed<'a> {
     pub fn read(&self, (number, run): (usize, &str), spec: &ResponseSpec, census: &mut Census) -> Vec<Reading> {
         let first = &self.parts[0];
         let stretches: Vec<Plateau> = match &spec.points {
-            PointRule::Samples { .. } => {
+            PointRule::Samples { .. } | PointRule::Trajectory(_) => {
+                let every = if let PointRule::Trajectory(rule) = &spec.points { rule.every } else { 1 };
                 let stamp = |i: usize| first.seconds.map_or(f64::NAN, |seconds| seconds[i]);
-                let states = (0..first.stream.samples).filter(|&i| self.is_state(i));
+                let states = (0..first.stream.samples).filter(|&i| self.is_state(i)).step_by(every);
                 states.map(|i| Plateau { from_s: stamp(i), window: vec![i] }).collect()
             }
             PointRule::Windows { begin_s, window_s, .. } => {
@@ -172,6 +179,7 @@ impl<'a> Needed<'a> {
             readings.push(Reading {
                 run: number,
                 line: first.stream.lines.line_of(start),
+                seconds: stamp(start),
                 pressures: self.pressures.iter().map(|c| mean(c, rows)).collect(),
                 conditions: self.conditions.iter().map(|c| mean(c, rows)).collect(),
                 measured: self.measured.iter().map(|(part, c)| mean(c, &of_parts[*part])).collect(),

@@ -17,8 +17,9 @@ use super::census::{Census, Creep};
 use super::drift::{drift, mean_reading};
 use super::readings::{Needed, Reading};
 use super::stations::{Placed, Repeats, is_apart, place, stations};
-use super::{InstrumentError, IntervalKind, Repeat, Response, ResponsePoint, Target};
+use super::{InstrumentError, IntervalKind, Movement, Repeat, Response, ResponsePoint, Target};
 use crate::align::AlignedRun;
+use crate::trajectory::{Path, Sample};
 use crate::uncertainty::coverage::Variance;
 use crate::uncertainty::scatter::scatter;
 use crate::verdict::Basis;
@@ -57,8 +58,13 @@ impl Response {
             needed.count(&mut census);
         }
         let states = census.samples - census.holes;
-        if matches!(spec.points, PointRule::Samples { .. }) && states > POINTS_MAX * runs.len().max(1) {
-            return Err(states);
+        let samples_per_point = match &spec.points {
+            PointRule::Samples { .. } => Some(1),
+            PointRule::Trajectory(rule) if spec.points.path().is_none() => Some(rule.every),
+            _ => None,
+        };
+        if let Some(points) = samples_per_point.map(|n| states / n).filter(|n| *n > POINTS_MAX * runs.len().max(1)) {
+            return Err(points);
         }
         let mut readings = Vec::new();
         for (i, needed) in runs.iter().enumerate() {
@@ -68,6 +74,12 @@ impl Response {
         let rounding_pa = ROUNDING_SHARE * largest;
         for pressure in readings.iter_mut().flat_map(|r| &mut r.pressures) {
             *pressure = without_rounding(*pressure, rounding_pa);
+        }
+        let std_si = std_of(session, spec);
+        let mut movement = None;
+        if let (PointRule::Trajectory(rule), Some(_)) = (&spec.points, spec.points.path()) {
+            let paths = paths(std::mem::take(&mut readings), &names);
+            movement = Some(Movement { rule: *rule, std_si: std_si.clone(), paths });
         }
         let zero_within_pa = spec.zero_within_pa.unwrap_or(ZERO_SHARE * largest);
         let same_within_pa = spec.points.same_within_pa();
@@ -86,9 +98,15 @@ impl Response {
         census.creeping = creeping(&placed, &names);
         let drift = drift(&cycle_means(&placed));
         let repeats = Repeats::of(&placed, &names);
+        let is_movement = matches!(spec.points, PointRule::Trajectory(_));
         let any_first = placed.iter().any(|p| p.is_first);
-        let std_si = std_of(session, spec);
-        let points: Vec<ResponsePoint> = stations(placed, same_within_pa)
+        // Run by run: no sample of a movement is a repeat of another.
+        let groups = if is_movement {
+            placed.into_iter().map(|one| vec![one]).collect()
+        } else {
+            stations(placed, same_within_pa)
+        };
+        let points: Vec<ResponsePoint> = groups
             .iter()
             .filter_map(|group| {
                 let apart = is_apart(group.first()?.is_first, any_first, spec.cycles);
@@ -97,6 +115,11 @@ impl Response {
             .collect();
         if points.len() > POINTS_MAX {
             return Err(points.len());
+        }
+        let mut instruments = instruments(session, spec);
+        if movement.is_some() {
+            // What is predicted for an instant has no slope over the pressure.
+            instruments.retain(|i| matches!(i.target, Target::Component(_)));
         }
         let mut response = Self {
             quantity: spec.quantity.clone(),
@@ -109,10 +132,11 @@ impl Response {
             same_within_pa: same_within_pa.max(zero_within_pa),
             rounding_pa,
             points,
+            movement,
             columns: vec![],
             texts: vec![],
-            repeats: repeats.names,
-            instruments: instruments(session, spec),
+            repeats: if is_movement { vec![] } else { repeats.names },
+            instruments,
             drift,
         };
         pool_scatter(&mut response, &std_si);
@@ -134,6 +158,11 @@ fn source(session: &Session, spec: &ResponseSpec) -> String {
     if spec.pressure.iter().any(|(channel, _)| channels(channel)) {
         source += "; the pressure is commanded, not measured";
     }
+    if let PointRule::Trajectory(rule) = &spec.points
+        && rule.every > 1
+    {
+        source.extend(["; one of every ", &rule.every.to_string(), " samples"]);
+    }
     source
 }
 
@@ -153,6 +182,17 @@ fn conditions(session: &Session, spec: &ResponseSpec) -> Vec<Condition> {
 fn std_of(session: &Session, spec: &ResponseSpec) -> Vec<Option<f64>> {
     let channel = |id: &String| session.runs.iter().find_map(|run| run.channels.get(id));
     spec.measured.iter().map(|id| channel(id).and_then(|c| c.std_si)).collect()
+}
+
+/// Readings as the movement of each run.
+fn paths(readings: Vec<Reading>, runs: &[&str]) -> Vec<Path> {
+    let mut paths: Vec<Path> = runs.iter().map(|run| Path { run: (*run).to_owned(), samples: vec![] }).collect();
+    for Reading { run, line, seconds, pressures, measured, .. } in readings {
+        if let Some(path) = paths.get_mut(run) {
+            path.samples.push(Sample { line, seconds, pressures, measured });
+        }
+    }
+    paths
 }
 
 /// What the instruments of the channels of a response declare.
@@ -321,6 +361,7 @@ fn point(
         line: first.reading.line,
         runs: of_runs.into_iter().map(str::to_owned).collect(),
         pressures_gauge_pa: mean(|r| &r.pressures),
+        at: None,
         conditions: mean(|r| &r.conditions).into_iter().map(|si| Printed { si, half_width_si: 0.0 }).collect(),
         measured: Some(measured),
         interval,
@@ -339,6 +380,7 @@ mod tests {
         Reading {
             run,
             line: 1,
+            seconds: f64::NAN,
             pressures: vec![pressure],
             conditions: vec![],
             measured: vec![value],

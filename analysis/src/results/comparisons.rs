@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ConditionRecord, QuantityRecord};
+use super::{Against, ConditionRecord, MeetingRecord, MovementAlignmentRecord, QuantityRecord};
 use crate::bounds::Bound;
 use crate::metrics::{Interval, Measure, Metric};
 use crate::response::Branch;
@@ -41,6 +41,14 @@ pub struct Comparison {
     pub rests_on: Vec<String>,
     /// The calibration that came first.
     pub fit: Option<FitRecord>,
+    /// What is equal where the two are compared.
+    pub against: Against,
+    /// Of a movement at equal time or arc length, how much of it meets the prediction.
+    pub meeting: Option<MeetingRecord>,
+    /// How the prediction was moved onto the measurement first; null: not at all.
+    pub alignment: Option<MovementAlignmentRecord>,
+    /// Every point is one sample of one run, of which no other is a repeat: those of a movement.
+    pub samples_alone: bool,
     /// Ground of the intervals.
     pub basis: Basis,
     /// The metrics are printed in the source, without the points behind them: nobody can compute them again.
@@ -49,7 +57,7 @@ pub struct Comparison {
     pub conditions: Vec<ConditionRecord>,
     /// Chambers, in the order of each point's pressures.
     pub chambers: Vec<String>,
-    /// Points with a measured value.
+    /// Points with a measured value; of a movement, how many could meet the prediction.
     pub n_available: usize,
     /// Points that entered the metrics.
     pub n_used: usize,
@@ -149,6 +157,8 @@ pub struct Point {
     pub pressures_gauge_pa: Vec<f64>,
     /// Share of the largest pressure in size, -1 to 1.
     pub pressure_share: f64,
+    /// Of a movement, where it is compared: time in s, or share of the arc length; null where that is the pressure.
+    pub at: Option<f64>,
     /// Value of each condition, SI units.
     pub conditions_si: Vec<f64>,
     /// Measured value per component; null where there is none or it is not finite.
@@ -187,7 +197,7 @@ pub struct MetricRecord {
     pub method: Option<Method>,
     /// Why there is no value.
     pub undefined: Option<String>,
-    /// Where some points have no prediction: the metric over the others. Never judged.
+    /// Where some points have no prediction, or too few meet it: the metric over the others. Never judged.
     pub over_predicted_points: Option<f64>,
     /// Some point behind it is a single repeat of a session, so that its interval lacks the scatter.
     pub single_repeat: bool,
@@ -244,6 +254,16 @@ impl MetricRecord {
             (Some(value), ..) => Measure::Shown(value),
             _ => Measure::Undefined("stored without a value"),
         }
+    }
+
+    /// Keeps a value from being taken for that of the whole: it is told as one over some points, and never judged.
+    pub fn withhold(&mut self, why: &str) {
+        let told = self.uncorrected.take().or(self.value);
+        self.value = None;
+        self.over_predicted_points = told.or(self.over_predicted_points);
+        (self.lower, self.upper, self.method) = (None, None, None);
+        self.shares.clear();
+        self.undefined.get_or_insert_with(|| why.to_owned());
     }
 }
 
@@ -316,6 +336,14 @@ pub struct JudgementRecord {
 }
 
 impl Comparison {
+    /// What must be known beside its numbers: how much of a movement met the prediction, and how that was moved.
+    pub fn circumstances(&self) -> String {
+        let met = self.meeting.as_ref().filter(|meeting| !meeting.is_too_little()).map(MeetingRecord::text);
+        let moved = self.alignment.as_ref().map(|alignment| alignment.text(self.quantity.unit()));
+        let texts: Vec<String> = met.into_iter().chain(moved).map(|text| format!("; {text}")).collect();
+        texts.concat()
+    }
+
     /// A metric's record.
     pub fn metric(&self, metric: Metric) -> Option<&MetricRecord> {
         self.metrics.iter().find(|m| m.metric == metric)

@@ -1,5 +1,7 @@
 //! `[[comparison]]` and the quantity it is about: the same in `dataset.toml` and `session.toml`.
 
+use std::ops::Range;
+
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -41,12 +43,27 @@ pub struct ComparisonSpec {
     pub title: Option<String>,
     /// Parameters calibrated first.
     pub fit: Option<FitSpec>,
+    /// What of the prediction is moved onto the measurement first.
+    pub align: Align,
     /// Why this comparison is shown but not judged.
     pub not_judged: Option<String>,
     /// A sentence for the page, with `{{ }}` placeholders for computed numbers.
     pub remark: Option<String>,
     /// Where in the file it stands, for errors of whoever evaluates it.
     pub line: usize,
+}
+
+/// How a prediction is moved onto the measurement before the two are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Align {
+    /// Not at all: both stand in one frame.
+    #[default]
+    None,
+    /// Shifted, so that the first points meet.
+    Origin,
+    /// Turned and shifted, as the least squares of the distances want it; never scaled, never mirrored.
+    Rigid,
 }
 
 /// A calibration before a comparison.
@@ -148,7 +165,16 @@ pub(super) fn check_width(
     columns: &Spanned<OneOrMany>,
     quantity: &Quantity,
 ) -> Result<(), IngestError> {
-    let found = columns.get_ref().names().len();
+    check_count(document, columns.span(), columns.get_ref().names().len(), quantity)
+}
+
+/// So many columns are as many as the quantity has components.
+pub(super) fn check_count(
+    document: &Document,
+    span: Range<usize>,
+    found: usize,
+    quantity: &Quantity,
+) -> Result<(), IngestError> {
     if found == quantity.width() {
         return Ok(());
     }
@@ -157,7 +183,7 @@ pub(super) fn check_width(
     } else {
         format!("{} for `{}`: {}", quantity.width(), quantity.id, quantity.components.join(", "))
     };
-    Err(document.malformed(columns.span(), expected, found.to_string(), "name one per component"))
+    Err(document.malformed(span, expected, found.to_string(), "name one per component"))
 }
 
 /// A comparison as a user writes it.
@@ -169,6 +195,7 @@ pub struct RawComparison {
     model: Option<Spanned<String>>,
     title: Option<String>,
     fit: Option<RawFit>,
+    align: Option<Spanned<Align>>,
     judge: Option<Spanned<bool>>,
     reason: Option<String>,
     remark: Option<String>,
@@ -186,6 +213,8 @@ struct RawFit {
 pub struct Comparable<'a> {
     /// Id of the quantity.
     pub quantity: &'a str,
+    /// How many numbers one value has.
+    pub width: usize,
     /// Ids of the predictions.
     pub columns: Vec<&'a str>,
 }
@@ -217,12 +246,24 @@ pub fn comparisons(
             let expected = "`model` and `fit` only for a form that is computed";
             return Err(document.malformed(span, expected, found, "remove them"));
         }
+        if let Some(align) =
+            r.align.as_ref().filter(|a| *a.get_ref() == Align::Rigid && !(2..=3).contains(&source.width))
+        {
+            let found = format!(
+                "`{quantity}`, which has {} component{}",
+                source.width,
+                if source.width == 1 { "" } else { "s" }
+            );
+            let next = "remove it, or say align = \"origin\"";
+            return Err(document.malformed(align.span(), "a position in 2 or 3 components to turn", found, next));
+        }
         specs.push(ComparisonSpec {
             quantity: quantity.clone(),
             form,
             model: r.model.as_ref().map(|m| m.get_ref().clone()),
             title: r.title.clone(),
             fit: r.fit.as_ref().map(|fit| fit.checked(document, source)).transpose()?,
+            align: r.align.as_ref().map(|align| *align.get_ref()).unwrap_or_default(),
             not_judged: not_judged(document, &r.form, r.judge.as_ref(), r.reason.as_deref())?,
             remark: r.remark.clone(),
             line: document.line_of(r.form.span().start),

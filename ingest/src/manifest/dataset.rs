@@ -364,7 +364,11 @@ impl PublishedDataset {
 
 impl PublishedTable {
     fn comparable(&self) -> Comparable<'_> {
-        Comparable { quantity: &self.quantity.id, columns: self.predicted.iter().map(|p| p.form.as_str()).collect() }
+        Comparable {
+            quantity: &self.quantity.id,
+            width: self.quantity.width(),
+            columns: self.predicted.iter().map(|p| p.form.as_str()).collect(),
+        }
     }
 }
 

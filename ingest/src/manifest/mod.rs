@@ -8,11 +8,13 @@ mod rig;
 mod session;
 
 pub use actuator::{Actuator, Chamber, Material};
-pub use comparison::{Comparable, ComparisonSpec, FitSpec, HoldOut, Quantity, RawComparison, RawQuantity, comparisons};
+pub use comparison::{
+    Align, Comparable, ComparisonSpec, FitSpec, HoldOut, Quantity, RawComparison, RawQuantity, comparisons,
+};
 pub use dataset::{
     Cell, Condition, FileDigest, Listing, Paper, PredictedColumn, PublishedDataset, PublishedTable, Stated, Statistic,
 };
-pub use imported::ImportedModel;
+pub use imported::{ImportedModel, Over};
 pub use rig::{Instrument, Rig};
 pub use session::*;
 

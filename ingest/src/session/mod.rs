@@ -27,7 +27,9 @@ use crate::error::{IngestError, Place};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity};
 use crate::formats;
 use crate::formats::stamps::Epoch;
-use crate::manifest::{Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest, SyncSpec, Views};
+use crate::manifest::{
+    Abscissa, Clocks, FileDigest, LogFile, PointRule, ResponseSpec, Rig, SessionManifest, SyncSpec, Views,
+};
 use crate::raw::RawFile;
 use crate::recording::Keep;
 use crate::units::{Dimension, Unit};
@@ -366,6 +368,10 @@ fn clash(
     let all = || named(&mut response.channels());
     let is_one = run.stream_of(response.channels()).is_some();
     match (&response.points, manifest.clocks) {
+        (PointRule::Trajectory(_), _) if !is_one => {
+            let next = "log them together: samples of two tables have no partners";
+            return Some(("channels of one table", all(), next));
+        }
         (PointRule::Samples { .. }, Clocks::Unsaid) if !is_one => {
             let next = "say from = \"plateaus\" in `points`, and declare how the clocks lie to each other: [[sync]] for events that both \
                         recorded, or clocks = \"one\" if one clock stamped them all";
@@ -383,13 +389,19 @@ fn clash(
         _ => {}
     }
     let bare = response.channels().filter_map(stream).find(|stream| stream.seconds.is_none());
-    let bare = bare.filter(|_| response.points.is_timed())?;
+    let (needs_clock, what_for) = match &response.points {
+        PointRule::Samples { .. } => (false, ""),
+        PointRule::Plateaus { .. } => (true, "a clock, to find plateaus by"),
+        PointRule::Windows { .. } => (true, "a clock, to find windows by"),
+        PointRule::Trajectory(rule) => (rule.at == Abscissa::Time, "a clock, to compare at equal time by"),
+    };
+    let bare = bare.filter(|_| needs_clock)?;
     let found = if is_one { "none".to_owned() } else { format!("none in {}", bare.title()) };
     let next = match bare.device {
         None => "add [clock] with `column` and `unit`, or with `rate`",
         Some(_) => "add `clock` to the device, with `column` and `unit`, or with `rate`",
     };
-    Some(("a clock, to find plateaus by", found, next))
+    Some((what_for, found, next))
 }
 
 /// Opens every file of a session, each with its digest. Two logs of the same bytes are one log: they are no repeats.

@@ -1,5 +1,6 @@
 //! Which figures a result has: response, residuals against bound, parity; errors that a paper only states.
 
+mod movement;
 mod parity;
 mod residuals;
 mod response;
@@ -92,6 +93,12 @@ fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
             let Some(first) = group.comparisons.first() else { continue };
             // Ids hold no underscore, so names cannot meet.
             let name = format!("{}_{}", first.dataset, first.quantity.id);
+            if group.is_movement() {
+                for (suffix, figure) in group.movements() {
+                    plan(format!("{name}{suffix}"), group.synthetic, figure);
+                }
+                continue;
+            }
             for (suffix, figure) in group.responses() {
                 plan(format!("{name}_response{suffix}"), group.synthetic, figure);
             }
@@ -103,7 +110,8 @@ fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
             }
         }
         let mut units: Vec<Unit> = Vec::new();
-        let comparable: Vec<&Group> = groups.iter().filter(|g| g.judges_points() && !g.is_position()).collect();
+        let comparable: Vec<&Group> =
+            groups.iter().filter(|g| g.judges_points() && !g.is_position() && !g.is_movement()).collect();
         for unit in comparable.iter().filter_map(|g| g.unit()) {
             if !units.contains(&unit) {
                 units.push(unit);

@@ -7,6 +7,7 @@ use crate::format;
 use crate::gate::area_text;
 use crate::metrics::Metric;
 use crate::results::{BudgetRecord, CensusRecord, Comparison, IntervalRecord};
+use crate::uncertainty::errors::Cause;
 use pneuval_ingest::units::Unit;
 
 /// The uncertainty budget of a comparison.
@@ -82,6 +83,9 @@ pub(super) fn table(c: &Comparison) -> Option<BudgetTable> {
             inputs.samples
         )
     });
+    // Without repeats nothing is taken off.
+    let has_repeats = c.budget.iter().any(|b| b.cause == Cause::Repeats);
+    let rmse = rmse.filter(|_| has_repeats);
     let correction = rmse.and_then(|r| Some((r.uncorrected?, r.value?))).map_or(String::new(), |(plain, corrected)| {
         format!(
             "RMSE of the mean values {}; without what the scatter of repeats adds {}.",
@@ -106,7 +110,10 @@ pub(super) fn way(census: &CensusRecord, unit: Unit) -> String {
         (Some(lower), Some(upper)) => format!("{} (95 %: {} to {})", text(record.value), text(lower), text(upper)),
         _ => format!("{}, without an interval", text(record.value)),
     };
-    let mut parts = vec![format!("{}: {} repeats", census.quantity, census.repeats.len())];
+    let mut parts = vec![match census.repeats.len() {
+        0 => format!("{}: every sample on its own, none is a repeat", census.quantity),
+        n => format!("{}: {n} repeats", census.quantity),
+    }];
     if census.points_apart > 0 {
         parts.push(format!("{} points of a cycle apart, shown and not compared", census.points_apart));
     }

@@ -216,7 +216,7 @@ fn row(results: &Results, c: &Comparison) -> Row {
         quantity: measurement_title(c),
         title: c.title.clone(),
         form: c.form.clone(),
-        kind: c.kind.clone(),
+        kind: if c.alignment.is_some() { format!("{}, aligned to the measurement", c.kind) } else { c.kind.clone() },
         n: counted(c),
         excluded: excluded(c),
         rmse: metric_cell(c, Metric::Rmse, unit),
@@ -312,6 +312,7 @@ pub fn excluded(c: &Comparison) -> String {
             parts.push(format!("{n} {one}"));
         }
     }
+    parts.extend(c.meeting.as_ref().map(|m| format!("overlap {}", format::percent(m.overlap))));
     parts.join(", ")
 }
 
@@ -387,7 +388,7 @@ pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figur
         rows: mine.iter().map(|c| row(results, c)).collect(),
         figures: figures.iter().filter(|f| f.actuator == record.id).map(figure_view).collect(),
         unprinted: record.datasets.iter().any(|d| !d.unprinted.is_empty()),
-        tables: groups.iter().filter_map(|group| tables::point_table(group)).collect(),
+        tables: groups.iter().flat_map(|group| tables::point_tables(group)).collect(),
         metrics: groups.iter().filter_map(|group| tables::metric_table(group)).collect(),
         budgets: mine.iter().filter_map(|c| budget::table(c)).collect(),
         forms: mine.iter().filter(|c| c.kind != "none").map(|c| form_view(c)).collect(),

@@ -102,10 +102,13 @@ pub(super) fn session(dataset: &DatasetRecord, comparisons: &[&Comparison]) -> O
     let census = session.responses.iter().map(|r| {
         let table = |t: &TableRecord| format!("; {} of {} samples of {} with a hole", t.holes, t.samples, t.table);
         let tables: String = r.tables.iter().map(table).collect();
-        format!(
-            "{}: {} samples, {} with a hole, {} in {} points{tables}",
-            r.quantity, r.samples, r.holes, r.used, r.points
-        )
+        // Points of a movement are where a prediction meets it: each comparison has its own.
+        let used = if r.points == 0 && r.used > 0 {
+            format!("{} in movements", r.used)
+        } else {
+            format!("{} in {} points", r.used, r.points)
+        };
+        format!("{}: {} samples, {} with a hole, {used}{tables}", r.quantity, r.samples, r.holes)
     });
     let way = |r: &CensusRecord| {
         let of = comparisons.iter().find(|c| c.dataset == dataset.id && c.quantity.id == r.quantity)?;

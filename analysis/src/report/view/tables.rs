@@ -8,7 +8,7 @@ use super::{DASH, NotedText, counted, measurement_title, metric_cell};
 use crate::format;
 use crate::gate::metric_text;
 use crate::metrics::Metric;
-use crate::results::{Comparison, PointStatus};
+use crate::results::{Against, Comparison, Point, PointStatus};
 use crate::verdict::Basis;
 
 /// Rows on a page; a longer table stands in `results.json` alone.
@@ -23,6 +23,8 @@ pub struct PointTable {
     pub conditions: Vec<String>,
     pub components: String,
     pub forms: Vec<String>,
+    /// What its rows are headed by.
+    pub place: &'static str,
     pub points: Vec<PointRow>,
     /// Points that are in `results.json` and not on the page.
     pub hidden: usize,
@@ -30,7 +32,7 @@ pub struct PointTable {
 
 #[derive(Serialize)]
 pub struct PointRow {
-    pub pressure: String,
+    pub place: String,
     pub conditions: Vec<String>,
     pub measured: String,
     pub note: String,
@@ -65,7 +67,24 @@ pub struct MetricCell {
     pub interval: String,
 }
 
-pub(super) fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
+/// The table of a measurement; where a movement meets each prediction elsewhere, one for each.
+pub(super) fn point_tables(comparisons: &[&Comparison]) -> Vec<PointTable> {
+    match comparisons.first() {
+        Some(first) if first.against != Against::Pressure => comparisons.chunks(1).filter_map(point_table).collect(),
+        _ => point_table(comparisons).into_iter().collect(),
+    }
+}
+
+/// Where a point stands.
+fn place(c: &Comparison, point: &Point) -> String {
+    match (c.against, point.at) {
+        (Against::Time, Some(at)) => format!("{at:.4} s"),
+        (Against::ArcLength, Some(at)) => format::percent(at),
+        _ => format::pressures(&point.pressures_gauge_pa, &c.chambers),
+    }
+}
+
+fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
     let comparisons: Vec<&Comparison> = comparisons.iter().copied().filter(|c| !c.metrics_printed).collect();
     let first = *comparisons.first()?;
     let unit = first.quantity.unit();
@@ -74,7 +93,7 @@ pub(super) fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
         .iter()
         .enumerate()
         .map(|(i, point)| PointRow {
-            pressure: format::pressures(&point.pressures_gauge_pa, &first.chambers),
+            place: place(first, point),
             conditions: conditions(first, &point.conditions_si),
             measured: point.measured.as_deref().map_or(DASH.to_owned(), |m| {
                 values(m, &point.measured_half_width, first.basis == Basis::PublishedPoint, unit)
@@ -94,6 +113,11 @@ pub(super) fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
         conditions: first.conditions.iter().map(|c| c.title.clone()).collect(),
         components: first.quantity.components.join(", "),
         forms: comparisons.iter().map(|c| c.title.clone()).collect(),
+        place: match first.against {
+            Against::Pressure => "Gauge pressure",
+            Against::Time => "Time",
+            Against::ArcLength => "Share of arc length",
+        },
         hidden: first.points.len() - shown,
         points,
     })

@@ -444,8 +444,10 @@ impl RawSitting {
             let next = "add a [[sitting.response]]: what is measured, and what really happens";
             return Err(document.malformed(self.id.span(), "at least one [[sitting.response]]", "none", next));
         }
-        let measured: Vec<Comparable> =
-            responses.iter().map(|r| Comparable { quantity: &r.quantity.id, columns: vec![] }).collect();
+        let measured: Vec<Comparable> = responses
+            .iter()
+            .map(|r| Comparable { quantity: &r.quantity.id, width: r.quantity.width(), columns: vec![] })
+            .collect();
         let comparisons = comparisons(document, &self.comparison, &measured)?;
         Ok(Sitting { id: check_id(document, &self.id)?, title: self.title.clone(), programme, responses, comparisons })
     }

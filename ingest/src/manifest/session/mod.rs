@@ -2,6 +2,7 @@
 
 mod device;
 mod follows;
+mod points;
 mod raw;
 mod sync;
 
@@ -12,8 +13,10 @@ use serde::Deserialize;
 pub use device::{Clocks, DeviceSpec, LogFile, Views};
 pub use follows::Follows;
 use follows::check_follows;
+pub use points::{Abscissa, Matching, PointRule, TrajectoryRule};
 pub use raw::channel_id;
 use raw::{Raw, responses, runs};
+pub(in crate::manifest) use raw::{RawColumn, RawReader, column_ref};
 pub use sync::{LagMeaning, SyncEvent, SyncSpec};
 
 use super::comparison::{Comparable, ComparisonSpec, Quantity, comparisons};
@@ -205,7 +208,7 @@ pub struct RunSpec {
 pub struct ResponseSpec {
     /// What.
     pub quantity: Quantity,
-    /// Channel and chamber.
+    /// Channel and chamber; none where the points are those of a path at equal time or arc length.
     pub pressure: Vec<(String, String)>,
     /// Channels of the components.
     pub measured: Vec<String>,
@@ -277,49 +280,6 @@ pub enum Branches {
     Together,
 }
 
-/// How samples become points of a response.
-#[derive(Debug, Clone, PartialEq)]
-pub enum PointRule {
-    /// Every sample is a point: a log of steady states.
-    Samples {
-        /// Pressures of several runs so near each other are repeats, in Pa; 0: equal to the bit.
-        same_within_pa: f64,
-    },
-    /// Every stretch of steady pressure is a point: the mean over its end.
-    Plateaus {
-        /// How far the pressure may be from the middle of the stretch's range, in Pa.
-        tolerance_pa: f64,
-        /// How long a stretch must last, in s.
-        hold_s: f64,
-        /// The end of it that is averaged, in s.
-        window_s: f64,
-    },
-    /// Stated stretches of time are points: the mean over each.
-    Windows {
-        /// Where they begin, in s from the first stamp of the run.
-        begin_s: Vec<f64>,
-        /// How long each is, in s.
-        window_s: f64,
-        /// Pressures so near each other are one, in Pa.
-        same_within_pa: f64,
-    },
-}
-
-impl PointRule {
-    /// Whether points are means over stretches of time, for which samples of several tables need no partners.
-    pub fn is_timed(&self) -> bool {
-        !matches!(self, Self::Samples { .. })
-    }
-
-    /// Pressures so near each other are one nominal pressure, in Pa; 0: equal to the bit.
-    pub fn same_within_pa(&self) -> f64 {
-        match self {
-            Self::Samples { same_within_pa } | Self::Windows { same_within_pa, .. } => *same_within_pa,
-            Self::Plateaus { tolerance_pa, .. } => *tolerance_pa,
-        }
-    }
-}
-
 impl SessionManifest {
     /// Reads a session file.
     ///
@@ -361,8 +321,10 @@ impl SessionManifest {
         let syncs = sync::syncs(&document, &raw.sync, &channels, &derived)?;
         sync::check_clocks(&document, raw.clocks, raw.lag.as_ref(), &syncs)?;
         let responses = responses(&document, &raw.response, &ids)?;
-        let comparable: Vec<Comparable> =
-            responses.iter().map(|r| Comparable { quantity: &r.quantity.id, columns: vec![] }).collect();
+        let comparable: Vec<Comparable> = responses
+            .iter()
+            .map(|r| Comparable { quantity: &r.quantity.id, width: r.quantity.width(), columns: vec![] })
+            .collect();
         let comparisons = comparisons(&document, &raw.comparison, &comparable)?;
         let excluded =
             raw.excluded_max.as_ref().map(|share| share.not_negative(&document, Dimension::Ratio)).transpose()?;

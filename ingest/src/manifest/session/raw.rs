@@ -1,16 +1,18 @@
 //! `session.toml` as it is written, and the way from there to what is checked.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::device::{self, Clocks, DeviceSpec, RawDevice};
 use super::follows::RawFollows;
+use super::points::{Abscissa, PointRule, RawPoints};
 use super::sync::{LagMeaning, RawSync};
 use super::{
-    Branches, ChannelSpec, ClockSpec, ConditionSpec, Cycles, DerivedRule, DerivedSpec, PointRule, PressureReference,
-    ResponseSpec, RunSpec, Specimen, Stamp,
+    Branches, ChannelSpec, ClockSpec, ConditionSpec, Cycles, DerivedRule, DerivedSpec, PressureReference, ResponseSpec,
+    RunSpec, Specimen, Stamp,
 };
 use crate::document::{Amount, Document, parse_unit};
 use crate::error::{IngestError, shown, suggestion};
@@ -62,7 +64,7 @@ pub(super) struct Raw {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawReader {
+pub(in crate::manifest) struct RawReader {
     format: Option<Spanned<String>>,
     delimiter: Option<Delimiter>,
     decimal: Option<Decimal>,
@@ -109,9 +111,10 @@ enum Header {
     NamesAndUnits,
 }
 
-#[derive(Clone, Deserialize)]
+/// A column by its name or number.
+#[derive(Debug, Clone, Deserialize)]
 #[serde(untagged)]
-enum RawColumn {
+pub(in crate::manifest) enum RawColumn {
     Number(i64),
     Name(String),
 }
@@ -174,16 +177,14 @@ struct RawRows {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawResponse {
     quantity: RawQuantity,
-    pressure: Spanned<Vec<RawPressure>>,
+    pressure: Option<Spanned<Vec<RawPressure>>>,
     measured: RawMeasured,
     #[serde(default)]
     condition: Vec<RawCondition>,
     points: Option<RawPoints>,
     zero_within: Option<Amount>,
-    #[serde(default)]
-    cycles: Cycles,
-    #[serde(default)]
-    branches: Branches,
+    cycles: Option<Spanned<Cycles>>,
+    branches: Option<Spanned<Branches>>,
 }
 
 #[derive(Deserialize)]
@@ -199,7 +200,7 @@ struct RawMeasured {
     channel: Spanned<OneOrMany>,
     #[serde(default)]
     method: String,
-    tare: Option<RawTare>,
+    tare: Option<Spanned<RawTare>>,
 }
 
 /// Said in words, so that another kind of tare may come.
@@ -215,27 +216,6 @@ struct RawCondition {
     channel: Spanned<String>,
     id: Option<Spanned<String>>,
     title: Option<String>,
-}
-
-/// `{ from = "samples", same_within }`, `{ from = "plateaus", tolerance, hold, window }` or `{ from = "windows", begin, window,
-/// same_within }`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawPoints {
-    from: Spanned<PointSource>,
-    same_within: Option<Amount>,
-    tolerance: Option<Amount>,
-    hold: Option<Amount>,
-    window: Option<Amount>,
-    begin: Option<Vec<Amount>>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum PointSource {
-    Samples,
-    Plateaus,
-    Windows,
 }
 
 impl RawReader {
@@ -284,13 +264,22 @@ impl RawReader {
 }
 
 fn column(document: &Document, raw: &Spanned<RawColumn>) -> Result<ColumnRef, IngestError> {
-    match raw.get_ref() {
+    column_ref(document, raw.get_ref(), &raw.span())
+}
+
+/// A column of a log, as a manifest names it at a span.
+pub(in crate::manifest) fn column_ref(
+    document: &Document,
+    raw: &RawColumn,
+    span: &Range<usize>,
+) -> Result<ColumnRef, IngestError> {
+    match raw {
         RawColumn::Name(name) => Ok(ColumnRef::Name(name.clone())),
         RawColumn::Number(number) => match usize::try_from(*number) {
             Ok(number) if number >= 1 => Ok(ColumnRef::Number(number)),
             _ => {
                 let expected = "a column's name, or its number from 1";
-                Err(document.malformed(raw.span(), expected, number.to_string(), "correct it"))
+                Err(document.malformed(span.clone(), expected, number.to_string(), "correct it"))
             }
         },
     }
@@ -486,7 +475,7 @@ pub(super) fn responses(
             return Err(document.malformed(r.measured.channel.span(), "a channel above", shown(name), next));
         }
         let mut pressure: Vec<(String, String)> = Vec::new();
-        for p in r.pressure.get_ref() {
+        for p in r.pressure.iter().flat_map(Spanned::get_ref) {
             let chamber = check_id(document, &p.chamber)?;
             if pressure.iter().any(|(_, c)| *c == chamber) {
                 let found = format!("`{chamber}` twice");
@@ -494,9 +483,17 @@ pub(super) fn responses(
             }
             pressure.push((known(&p.channel)?, chamber));
         }
-        if pressure.is_empty() {
-            let next = "name the channel of the pressure and its chamber";
-            return Err(document.malformed(r.pressure.span(), "at least one pressure", "none", next));
+        let points = r
+            .points
+            .as_ref()
+            .map_or(Ok(PointRule::Samples { same_within_pa: 0.0 }), |points| points.checked(document))?;
+        if pressure.is_empty() && points.path().is_none() {
+            let next = "name the channel of the pressure and its chamber; only a trajectory at equal time or arc length needs none";
+            let span = r.pressure.as_ref().map_or(r.quantity.id.span(), Spanned::span);
+            return Err(document.malformed(span, "at least one pressure", "none", next));
+        }
+        if let Some(path) = points.path() {
+            r.check_path(document, path.at)?;
         }
         let mut conditions: Vec<ConditionSpec> = Vec::new();
         for c in &r.condition {
@@ -511,82 +508,35 @@ pub(super) fn responses(
             measured: names.to_vec(),
             method: r.measured.method.clone(),
             tare_at_zero: r.measured.tare.is_some(),
-            cycles: r.cycles,
-            branches: r.branches,
+            cycles: r.cycles.as_ref().map(|cycles| *cycles.get_ref()).unwrap_or_default(),
+            branches: r.branches.as_ref().map(|branches| *branches.get_ref()).unwrap_or_default(),
             conditions,
             zero_within_pa: r
                 .zero_within
                 .as_ref()
                 .map(|z| z.not_negative(document, Dimension::Pressure))
                 .transpose()?,
-            points: r
-                .points
-                .as_ref()
-                .map_or(Ok(PointRule::Samples { same_within_pa: 0.0 }), |points| points.checked(document))?,
+            points,
             line: document.line_of(r.quantity.id.span().start),
         });
     }
     Ok(responses)
 }
 
-impl RawPoints {
-    pub fn checked(&self, document: &Document) -> Result<PointRule, IngestError> {
-        let same_within = || -> Result<f64, IngestError> {
-            let same = self.same_within.as_ref().map(|s| s.not_negative(document, Dimension::Pressure)).transpose()?;
-            Ok(same.unwrap_or(0.0))
+impl RawResponse {
+    /// What a path at equal time or arc length cannot heed: nothing of it is at zero pressure, under a condition or of a cycle.
+    fn check_path(&self, document: &Document, at: Abscissa) -> Result<(), IngestError> {
+        let refused = |span: Range<usize>, key: &str| {
+            let expected = format!("no `{key}` beside at = \"{}\"", at.id());
+            document.malformed(span, expected, "one", "remove it: nothing would heed it")
         };
-        let source = *self.from.get_ref();
-        if let (PointSource::Samples | PointSource::Plateaus, Some(begin)) = (source, &self.begin) {
-            let span = begin.first().map_or(self.from.span(), Amount::span);
-            return Err(document.malformed(span, "no `begin` here", "one", "remove it, or say from = \"windows\""));
-        }
-        match (source, &self.tolerance, &self.hold, &self.window) {
-            (PointSource::Samples, None, None, None) => Ok(PointRule::Samples { same_within_pa: same_within()? }),
-            (PointSource::Samples, ..) => {
-                let next = "remove them, or say from = \"plateaus\"";
-                let found = "tolerance, hold or window";
-                Err(document.malformed(self.from.span(), "nothing beside from = \"samples\"", found, next))
-            }
-            (PointSource::Plateaus, Some(tolerance), Some(hold), Some(window)) => {
-                // Asked for and not heeded would be worse than refused: plateaus meet within their tolerance.
-                if let Some(same) = &self.same_within {
-                    let expected = "no `same_within` beside from = \"plateaus\"";
-                    let next = "remove it: plateaus within `tolerance` of each other are repeats";
-                    return Err(document.malformed(same.span(), expected, "one", next));
-                }
-                let hold_s = hold.checked(document, Dimension::Time)?;
-                let window_s = window.checked(document, Dimension::Time)?;
-                if window_s > hold_s {
-                    let expected = format!("at most the hold of {hold_s} s");
-                    let next = "a window lies inside its plateau";
-                    return Err(document.malformed(window.span(), expected, format!("{window_s} s"), next));
-                }
-                let tolerance_pa = tolerance.checked(document, Dimension::Pressure)?;
-                Ok(PointRule::Plateaus { tolerance_pa, hold_s, window_s })
-            }
-            (PointSource::Plateaus, ..) => {
-                let next = "add what is missing, each as { value, unit }";
-                let expected = "`tolerance`, `hold` and `window` beside from = \"plateaus\"";
-                Err(document.malformed(self.from.span(), expected, "not all of them", next))
-            }
-            (PointSource::Windows, None, None, Some(window)) if self.begin.as_ref().is_some_and(|b| !b.is_empty()) => {
-                let window_s = window.checked(document, Dimension::Time)?;
-                let mut begin_s: Vec<f64> = Vec::new();
-                for begin in self.begin.iter().flatten() {
-                    let at = begin.not_negative(document, Dimension::Time)?;
-                    if let Some(before) = begin_s.last().filter(|before| **before + window_s > at) {
-                        let expected = format!("windows one after the other: from {} s on", before + window_s);
-                        return Err(document.malformed(begin.span(), expected, format!("{at} s"), "sort them"));
-                    }
-                    begin_s.push(at);
-                }
-                Ok(PointRule::Windows { begin_s, window_s, same_within_pa: same_within()? })
-            }
-            (PointSource::Windows, ..) => {
-                let next = "say begin = [{ value = 9, unit = \"s\" }, ..] from the first stamp of a run, and window = { value, unit }";
-                let expected = "`begin` and `window`, and no `tolerance` or `hold`, beside from = \"windows\"";
-                Err(document.malformed(self.from.span(), expected, "something else", next))
-            }
-        }
+        let said = [
+            self.zero_within.as_ref().map(|zero| (zero.span(), "zero_within")),
+            self.condition.first().map(|condition| (condition.channel.span(), "condition")),
+            self.measured.tare.as_ref().map(|tare| (tare.span(), "tare")),
+            self.cycles.as_ref().map(|cycles| (cycles.span(), "cycles")),
+            self.branches.as_ref().map(|branches| (branches.span(), "branches")),
+        ];
+        said.into_iter().flatten().next().map_or(Ok(()), |(span, key)| Err(refused(span, key)))
     }
 }
