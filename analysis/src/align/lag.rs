@@ -39,8 +39,9 @@ const LINE_STEPS: f64 = 2.0;
 /// The share of a grid step that resampling may cost, as a standard uncertainty.
 const RESAMPLING: f64 = 0.02;
 
-/// Rounds of the fit.
+/// Rounds of the fit at most, and the step, as a share of that of the grid, below which it stands.
 const ROUNDS: usize = 8;
+const STANDS: f64 = 1e-6;
 
 /// Fewer samples say nothing.
 const SAMPLES_MIN: usize = 8;
@@ -181,6 +182,8 @@ struct Samples {
     seconds: Vec<f64>,
     values: Vec<f64>,
     step_s: f64,
+    /// The gaps before each sample, counted from the first.
+    gaps: Vec<u32>,
 }
 
 impl Samples {
@@ -188,7 +191,14 @@ impl Samples {
         let counts = signal.seconds.iter().zip(signal.values).filter(|(t, v)| t.is_finite() && v.is_finite());
         let (seconds, values): (Vec<f64>, Vec<f64>) = counts.map(|(t, v)| (*t, *v)).unzip();
         let step_s = median_step(&seconds)?;
-        Some(Self { seconds, values, step_s })
+        let is_gap = |pair: &[f64]| u32::from(pair[1] - pair[0] > GAP_STEPS * step_s);
+        let mut before = 0;
+        let behind = seconds.windows(2).map(|pair| {
+            before += is_gap(pair);
+            before
+        });
+        let gaps = std::iter::once(0).chain(behind).collect();
+        Some(Self { seconds, values, step_s, gaps })
     }
 
     fn first(&self) -> f64 {
@@ -199,30 +209,34 @@ impl Samples {
         self.seconds.last().copied().unwrap_or(f64::NAN)
     }
 
-    /// The values on a grid, by a straight line through the samples around each of its points, weighted by a raised cosine; not a
+    /// The values on a grid, by a straight line through the samples around each of its points, weighted by (1 - x²)²; not a
     /// number where there is a gap or fewer than two stamps.
     fn resampled(&self, from_s: f64, step_s: f64, points: usize) -> Vec<f64> {
         let width = LINE_STEPS * step_s;
-        let gap_s = GAP_STEPS * self.step_s;
+        let per_width = 1.0 / width;
+        let last = self.seconds.len() - 1;
         let (mut begin, mut end) = (0, 0);
         (0..points)
             .map(|i| {
                 let at = from_s + i as f64 * step_s;
-                begin += self.seconds[begin..].partition_point(|t| *t <= at - width);
+                while self.seconds.get(begin).is_some_and(|t| *t <= at - width) {
+                    begin += 1;
+                }
                 end = end.max(begin);
-                end += self.seconds[end..].partition_point(|t| *t < at + width);
-                let inside = begin..end;
+                while self.seconds.get(end).is_some_and(|t| *t < at + width) {
+                    end += 1;
+                }
                 // From the sample before the window to the one behind it there is no gap.
-                let around = begin.saturating_sub(1)..(end + 1).min(self.seconds.len());
-                if self.seconds[around].windows(2).any(|pair| pair[1] - pair[0] > gap_s) {
+                if self.gaps[begin.saturating_sub(1).min(last)] != self.gaps[end.min(last)] {
                     return f64::NAN;
                 }
                 let (mut s0, mut s1, mut s2, mut v0, mut v1) = (0.0, 0.0, 0.0, 0.0, 0.0);
-                for k in inside {
-                    let u = self.seconds[k] - at;
-                    let w = 1.0 + (std::f64::consts::PI * u / width).cos();
+                for (t, v) in self.seconds[begin..end].iter().zip(&self.values[begin..end]) {
+                    let u = t - at;
+                    let x = u * per_width;
+                    let w = (1.0 - x * x) * (1.0 - x * x);
                     (s0, s1, s2) = (s0 + w, s1 + w * u, s2 + w * u * u);
-                    (v0, v1) = (v0 + w * self.values[k], v1 + w * u * self.values[k]);
+                    (v0, v1) = (v0 + w * v, v1 + w * u * v);
                 }
                 let spread = s0 * s2 - s1 * s1;
                 if spread > 1e-9 * s0 * s0 * width * width { (s2 * v0 - s1 * v1) / spread } else { f64::NAN }
@@ -313,8 +327,7 @@ impl Pair {
     /// uncertainty, in steps.
     fn fitted(&self, start: f64) -> Option<(f64, f64)> {
         let mut lag = start;
-        let mut std = f64::INFINITY;
-        for _ in 0..ROUNDS {
+        for round in 1..=ROUNDS {
             // Time, pressure, slope and motion.
             let mut rows: Vec<[f64; 4]> = Vec::with_capacity(self.motion.len());
             for (i, x) in self.motion.iter().enumerate().filter(|(_, x)| x.is_finite()) {
@@ -340,10 +353,13 @@ impl Pair {
             // x = scale p(i - lag): a longer lag adds -scale p'.
             let by = -dot(&rows, 2, 3) / (scale * slopes);
             lag += by.clamp(-1.0, 1.0);
-            let left: Vec<f64> = rows.iter().map(|row| row[2] * (row[3] + scale * by * row[2])).collect();
-            std = long_run(&left).sqrt() / (scale.abs() * slopes);
+            if by.abs() < STANDS || round == ROUNDS {
+                let left: Vec<f64> = rows.iter().map(|row| row[2] * (row[3] + scale * by * row[2])).collect();
+                let std = long_run(&left).sqrt() / (scale.abs() * slopes);
+                return (lag.is_finite() && std.is_finite()).then_some((lag, std));
+            }
         }
-        (lag.is_finite() && std.is_finite()).then_some((lag, std))
+        None
     }
 }
 
