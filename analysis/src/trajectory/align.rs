@@ -12,10 +12,13 @@ use pneuval_ingest::number::Printed;
 use crate::prediction::{Predicted, Prediction};
 use crate::response::{Response, ResponsePoint};
 use crate::results::{AlignmentKind, MovementAlignmentRecord};
-use crate::uncertainty::errors::Errors;
+use crate::uncertainty::errors::{Errors, Factor};
 
 /// A path is a straight line where its points leave the line by less than this share of their spread along it.
 const STRAIGHT_SHARE: f64 = 1e-3;
+
+/// A difference below this share of what it is between is left by rounding.
+const ROUNDING_SHARE: f64 = 1e-9;
 
 /// A predicted and a measured point.
 type Points = (Vector3<f64>, Vector3<f64>);
@@ -57,12 +60,7 @@ pub(crate) fn align(
     }
     let pairs = pairs(response, &prediction.at);
     let width = response.quantity.width();
-    let found = match align {
-        Align::None => return None,
-        Align::Origin => origin(response, &prediction.at),
-        Align::Rigid => rigid(&pairs, width),
-    };
-    let transform = match found {
+    let transform = match transform(align, response, &prediction.at) {
         Ok(transform) => transform,
         Err(why) => {
             let why = format!("the prediction cannot be aligned to the measurement: {why}");
@@ -89,6 +87,10 @@ pub(crate) fn align(
         rmse_before_si: rmse(&|p| *p),
         rmse_after_si: rmse(&|p| transform.rotation * p + transform.translation),
     };
+    // What moves the points moves where they are laid, too: an offset of the instrument, which all of them share, leaves nothing.
+    for factor in errors.into_iter().flat_map(|errors| &mut errors.factors) {
+        follow(factor, (align, &transform), response, &prediction.at);
+    }
     for at in &mut prediction.at {
         if let Predicted::Value(values) | Predicted::InFit(values) = at {
             let moved = transform.apply(&values.iter().map(|v| v.si).collect::<Vec<_>>());
@@ -103,13 +105,55 @@ pub(crate) fn align(
     for point in prediction.traces.iter_mut().take(predicted).flat_map(|trace| &mut trace.points) {
         point.values = transform.apply(&point.values);
     }
-    for factor in errors.into_iter().flat_map(|errors| &mut errors.factors) {
-        for moved in factor.predicted.chunks_mut(width) {
-            let turned = transform.rotation * vector(moved);
-            moved.iter_mut().zip(turned.iter()).for_each(|(moved, turned)| *moved = *turned);
+    Some(record)
+}
+
+fn transform(align: Align, response: &Response, at: &[Predicted]) -> Result<Transform, String> {
+    match align {
+        Align::None => Ok(Transform { rotation: Matrix3::identity(), translation: Vector3::zeros() }),
+        Align::Origin => origin(response, at),
+        Align::Rigid => rigid(&pairs(response, at), response.quantity.width()),
+    }
+}
+
+/// What a direction does to the aligned prediction: aligned again with both sides moved along it.
+fn follow(factor: &mut Factor, (align, known): (Align, &Transform), response: &Response, at: &[Predicted]) {
+    let width = response.quantity.width();
+    let (mut moved_response, mut moved_at) = (response.clone(), at.to_vec());
+    let add = |values: &mut Vec<Printed>, by: &[f64]| values.iter_mut().zip(by).for_each(|(v, by)| v.si += by);
+    for ((point, at), (measured, predicted)) in moved_response
+        .points
+        .iter_mut()
+        .zip(&mut moved_at)
+        .zip(factor.measured.chunks(width).zip(factor.predicted.chunks(width)))
+    {
+        if let Some(values) = &mut point.measured {
+            add(values, measured);
+        }
+        if let Predicted::Value(values) | Predicted::InFit(values) = at {
+            add(values, predicted);
         }
     }
-    Some(record)
+    let size = factor.measured.iter().chain(&factor.predicted).fold(0.0_f64, |most, by| most.max(by.abs()));
+    // Where the moved points do not say how, they lie as the others do.
+    let found = transform(align, &moved_response, &moved_at);
+    let again = found.as_ref().unwrap_or(known);
+    for ((before, after), by) in at.iter().zip(&moved_at).zip(factor.predicted.chunks_mut(width)) {
+        let (Predicted::Value(before) | Predicted::InFit(before), Predicted::Value(after) | Predicted::InFit(after)) =
+            (before, after)
+        else {
+            continue;
+        };
+        let laid = |by: &Transform, values: &[Printed]| by.apply(&values.iter().map(|v| v.si).collect::<Vec<_>>());
+        let (before, after) = (laid(known, before), laid(again, after));
+        by.iter_mut().zip(after.iter().zip(before)).for_each(|(by, (after, before))| *by = after - before);
+    }
+    // What rounding leaves of nothing is nothing.
+    for (predicted, measured) in factor.predicted.iter_mut().zip(&factor.measured) {
+        if (*predicted - measured).abs() <= ROUNDING_SHARE * size {
+            *predicted = *measured;
+        }
+    }
 }
 
 /// Predicted and measured where both are numbers; without zero references, and cycles that are not compared.

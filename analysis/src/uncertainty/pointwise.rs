@@ -14,8 +14,8 @@ const DRAWS: usize = 4000;
 /// Values that may be the largest, so many standard uncertainties around it.
 const REACH: f64 = 4.0;
 
-/// More candidates than these are taken as independent, which is wider.
-const CANDIDATES_MAX: usize = 64;
+/// Draws of all factors for all candidates; beyond it they are taken as independent, which is wider.
+const DRAWN_MAX: usize = 100_000_000;
 
 /// Values, one a point, and by how much each factor moves each of them.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ impl Moved {
         let uncertain: Vec<(usize, f64)> = points.iter().map(|&i| (i, std(i))).filter(|(_, s)| *s > 0.0).collect();
         match uncertain.len() {
             0 | 1 => return Z95,
-            n if n > CANDIDATES_MAX => return independent(n),
+            n if n * self.by.len() * DRAWS > DRAWN_MAX => return independent(n),
             _ => {}
         }
         let mut generator = Pcg64Mcg::new(0x5eed);
