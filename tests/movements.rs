@@ -388,7 +388,7 @@ fn largest_of_turned(std: [&str; 2]) -> Value {
         let t = 0.02 * f64::from(i);
         let [x, y, z] = helix(t);
         let off = if i % 2 == 0 { 0.5 } else { -0.5 };
-        writeln!(sim, "{t},{},{},{z},{},0", y + off, -x, std[i as usize % 2]).unwrap();
+        writeln!(sim, "{t},{},{},{z},{},0", y + off, -x, if i % 2 == 0 { std[0] } else { std[1] }).unwrap();
     }
     let wave = Wave::new(&sim);
     wave.change(
