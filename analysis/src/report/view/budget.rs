@@ -46,6 +46,7 @@ pub(super) fn table(c: &Comparison) -> Option<BudgetTable> {
         source: b.source.replace('_', " "),
         cause: b.cause.title(),
         evaluation: match b.degrees_of_freedom {
+            Some(1) => format!("{}, 1 degree of freedom", b.evaluation),
             Some(freedom) => format!("{}, {freedom} degrees of freedom", b.evaluation),
             None => b.evaluation.clone(),
         },
