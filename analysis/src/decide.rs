@@ -42,7 +42,8 @@ pub fn what_would_decide(comparison: &Comparison, metric: Metric, interval: Inte
     let scale = interval.half_width() / variance(repeats, 1.0).half_width();
     let is_enough = |n: usize, times: f64| scale * variance(n, times).half_width() <= half;
     if first.cause == Cause::Repeats {
-        if let Some(n) = (repeats + 1..=REPEATS_MAX).find(|n| is_enough(*n, 1.0)) {
+        let most = comparison.points.iter().map(|p| p.repeats).max().unwrap_or(repeats);
+        if let Some(n) = (most + 1..=REPEATS_MAX).find(|n| is_enough(*n, 1.0)) {
             return Some(format!("{said}: about {n} repeats could decide it"));
         }
     } else {

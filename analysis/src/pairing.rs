@@ -143,14 +143,21 @@ pub fn measure_session(points: &[Point], response: &Response, errors: &Errors) -
         Errors { repeats, ..errors.of_points(of, width) }
     };
     let (used, at_zero) = (Knowledge::of(&kinds(&split.used_at)), Knowledge::of(&kinds(&split.at_zero_at)));
-    let all: Vec<usize> = (0..points.len()).collect();
-    let errors_of_loop = over(&all);
+    let loop_area = loop_area(points, response);
+    let errors_of_loop = {
+        // As few repeats as at any point of the loop.
+        let all: Vec<usize> = (0..points.len()).collect();
+        let weight =
+            |i: usize| loop_area.as_ref().map_or(0.0, |area| area.of(|at| f64::from(u8::from(at / width == i))));
+        let repeats = all.iter().filter(|i| weight(**i) != 0.0).map(|&i| response.points[i].repeats.len()).min();
+        Errors { repeats: repeats.unwrap_or(0), ..over(&all) }
+    };
     let sample = Sample {
         used: &split.used,
         errors: over(&split.used_at),
         at_zero: &split.at_zero,
         errors_at_zero: over(&split.at_zero_at),
-        loop_area: loop_area(points, response),
+        loop_area,
         errors_of_loop,
     };
     let known = |metric| sample.metric(metric);

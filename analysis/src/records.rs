@@ -14,15 +14,14 @@ use pneuval_models::materials::LoadCase;
 use crate::AnalysisError;
 use crate::align::{AlignedRun, Estimate, RunLag, StreamClock};
 use crate::compare::errors::of_measured;
-use crate::response::{
-    Branch, Census, IntervalKind, Response, ResponsePoint, TableCensus, Unmet, Unsure, loop_weights,
-};
+use crate::response::{Branch, Census, Response, ResponsePoint, TableCensus, Unmet, Unsure, loop_weights};
 use crate::results::{
     ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, Comparison, DatasetRecord, EstimateRecord,
     FindingRecord, InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, RunMeetingRecord, RunRecord,
     SessionRecord, Severity, SourceFile, SpanRecord, StatedRecord, TableRecord, WayRecord,
 };
 use crate::study::{Data, Study};
+use crate::uncertainty::errors::Errors;
 use crate::uncertainty::pointwise::linear;
 
 /// How far a material's stability is looked at: beyond any stretch of the papers' actuators.
@@ -254,8 +253,10 @@ fn way(response: &Response) -> WayRecord {
         let value: f64 = weights.iter().map(|(i, w)| w * first(*i)).sum();
         let by = errors.factors.iter().map(|f| weights.iter().map(|(i, w)| w * f.measured[i * width]).sum::<f64>());
         let moved: Vec<f64> = by.collect();
-        let found = linear(value, &moved, &errors);
-        let is_known = weights.iter().all(|(i, _)| response.points[*i].interval == IntervalKind::Repeats);
+        // As few repeats as at any of its points; one that was read once has no scatter.
+        let repeats = weights.iter().map(|(i, _)| response.points[*i].repeats.len()).min().unwrap_or(0);
+        let found = linear(value, &moved, &Errors { repeats, ..errors.clone() });
+        let is_known = repeats > 1 && found.upper > found.lower;
         let ends = |end: f64| Some(end).filter(|_| is_known);
         value.is_finite().then(|| IntervalRecord { value, lower: ends(found.lower), upper: ends(found.upper) })
     };

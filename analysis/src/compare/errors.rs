@@ -11,7 +11,7 @@ use crate::study::Study;
 use crate::uncertainty::coverage::Z95;
 use crate::uncertainty::errors::{Cause, Errors, Factor, Source};
 use crate::uncertainty::inputs::{Input, Sampling, Spread, propagate};
-use crate::uncertainty::scatter::scatter;
+use crate::uncertainty::scatter::{Apart, scatter};
 
 /// The step over which the slope of a prediction is taken, as a share of the full pressure or of the condition.
 const SLOPE_SHARE: f64 = 1e-3;
@@ -63,9 +63,6 @@ pub(super) fn errors(
         }
         errors.add(Source::new(name, cause), [moved]);
     }
-    if let Some(refit) = &refit {
-        errors.factors.iter_mut().for_each(|factor| refit.follow(factor));
-    }
     let values = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<f64> {
         let width = response.quantity.width();
         let value = |i: usize, c: usize| number(&posed.prediction.at[i], c).map_or(0.0, |v| of(i, c, v));
@@ -97,6 +94,9 @@ pub(super) fn errors(
             inputs = add_inputs(&mut errors, study, response, posed, form);
         }
         Between::Nothing(_) => {}
+    }
+    if let Some(refit) = &refit {
+        errors.factors.iter_mut().for_each(|factor| refit.follow(factor));
     }
     (errors, inputs)
 }
@@ -240,7 +240,7 @@ pub(crate) fn of_measured(response: &Response) -> Errors {
 }
 
 fn fewest(response: &Response) -> usize {
-    response.points.iter().filter(|p| !p.is_apart).map(|p| p.repeats.len()).min().unwrap_or(0)
+    response.points.iter().filter(|p| !p.is_apart && p.repeats.len() > 1).map(|p| p.repeats.len()).min().unwrap_or(0)
 }
 
 /// The scatter of repeats, each a direction; of few repeats what they have in common, and what is each point's own pooled over points.
@@ -258,9 +258,23 @@ fn add_scatter(errors: &mut Errors, response: &Response, scatters: Vec<(Vec<f64>
     let scale = ((n * n.saturating_sub(1)) as f64).sqrt();
     let at_equal = |of: &(Vec<f64>, Vec<f64>)| places.iter().map(|&i| scale * (of.0[i] - of.1[i])).collect();
     let deviations: Vec<Vec<f64>> = repeats.iter().filter_map(|&k| scatters.get(k)).map(at_equal).collect();
-    let Some(found) = scatter(&deviations, &means, width).filter(|_| may_pool) else {
-        errors.add(Source::new(name, Cause::Repeats), scatters);
-        return;
+    let pooled = if may_pool {
+        scatter(&deviations, &means, &response.read_on_the_way_down(&places), width)
+    } else {
+        Err(Apart::Plain)
+    };
+    let found = match pooled {
+        Ok(found) => found,
+        Err(apart) => {
+            let why = match apart {
+                Apart::Plain => "",
+                Apart::Together => ", not pooled: neighbouring points deviate together",
+                Apart::Loop => ", not pooled: loading and unloading deviate from each other",
+                Apart::Uneven => ", not pooled: one point scatters more than the others",
+            };
+            errors.add(Source::new(format!("{name}{why}"), Cause::Repeats), scatters);
+            return;
+        }
     };
     let mut common = scatters;
     for (k, (measured, predicted)) in common.iter_mut().enumerate() {

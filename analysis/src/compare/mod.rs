@@ -138,8 +138,10 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     comparison.rests_on = prediction.rests_on;
     comparison.fit = fit;
     let count = |status| points.iter().filter(|p| p.status == status).count();
-    comparison.n_available =
-        meeting.as_ref().map_or_else(|| points.len() - count(PointStatus::HoleInPrint), MeetingRecord::n_available);
+    comparison.n_available = meeting.as_ref().map_or_else(
+        || points.len() - count(PointStatus::HoleInPrint) + response.unmeasured,
+        MeetingRecord::n_available,
+    );
     comparison.n_used = count(PointStatus::Used);
     comparison.n_without_prediction = count(PointStatus::NoPrediction);
     match errors {
@@ -286,6 +288,7 @@ fn stated(study: &Study, statistic: &Statistic) -> Result<Comparison, AnalysisEr
         same_within_pa: 0.0,
         rounding_pa: 0.0,
         points: vec![],
+        unmeasured: 0,
         movement: None,
         columns: vec![],
         texts: vec![],

@@ -44,6 +44,8 @@ pub struct Response {
     pub rounding_pa: f64,
     /// The points, in the order of the source.
     pub points: Vec<ResponsePoint>,
+    /// States at which nothing was measured, though they were held: a hole is in every sample of what was read there.
+    pub unmeasured: usize,
     /// The movements behind a comparison at equal time or arc length: its points are where a prediction meets them.
     pub movement: Option<Movement>,
     /// Predictions that stand beside the measurement in its source.
@@ -162,6 +164,12 @@ impl Response {
         Some((all, places))
     }
 
+    /// Whether values at such places were read on the way down.
+    pub fn read_on_the_way_down(&self, places: &[usize]) -> Vec<bool> {
+        let width = self.quantity.width();
+        places.iter().map(|at| self.points[at / width].branch == Some(Branch::Unloading)).collect()
+    }
+
     /// The gauge pressures of every point.
     pub fn pressures(&self) -> Vec<Vec<f64>> {
         self.points.iter().map(|p| p.pressures_gauge_pa.clone()).collect()
@@ -206,6 +214,7 @@ impl From<&PublishedTable> for Response {
             chambers: table.chambers.clone(),
             conditions: table.conditions.clone(),
             // Print says zero, or it does not.
+            unmeasured: 0,
             zero_within_pa: 0.0,
             same_within_pa: 0.0,
             rounding_pa: 0.0,

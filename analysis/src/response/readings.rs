@@ -11,7 +11,7 @@ use pneuval_ingest::manifest::{PointRule, ResponseSpec};
 use pneuval_ingest::session::Stream;
 
 use super::census::{Census, TableCensus, Unmet, Unsure};
-use super::plateaus::{Plateau, plateaus, rounding_s};
+use super::plateaus::{GAP_STEPS, Plateau, plateaus, rounding_s};
 use crate::align::{AlignedRun, Reach};
 
 /// Fewer samples of a window say nothing of how it moves.
@@ -144,7 +144,7 @@ impl<'a> Needed<'a> {
                 let stretch = |begin: &f64| {
                     let reach = (from_s + begin, from_s + begin + window_s);
                     // What stands before a declared window nobody says.
-                    Plateau { from_s: reach.0, window: windows.rows(reach, &mut Census::default()) }
+                    Plateau { from_s: reach.0, window: windows.whole_rows(reach) }
                 };
                 let found: Vec<Plateau> = begin_s.iter().map(stretch).collect();
                 census.unmet.extend(windows.unmet(run));
@@ -277,6 +277,20 @@ impl<'a> Windows<'a> {
     }
 
     /// Plateaus at which nothing was stamped.
+    /// Those of a declared window; none where the stamps end within it, or begin there: half of it is another mean.
+    fn whole_rows(&mut self, reach: (f64, f64)) -> Vec<usize> {
+        let rows = self.rows(reach, &mut Census::default());
+        let stamp = |i: Option<&usize>| i.map_or(f64::NAN, |&i| self.seconds[i]);
+        let (first, last) = (stamp(self.whole.first()), stamp(self.whole.last()));
+        let step_s = (last - first) / self.whole.len().saturating_sub(1).max(1) as f64;
+        let is_cut = reach.0 < first - GAP_STEPS * step_s || last + GAP_STEPS * step_s < reach.1;
+        if !is_cut || rows.is_empty() {
+            return rows;
+        }
+        self.empty += 1;
+        vec![]
+    }
+
     fn unmet(self, run: &str) -> Option<Unmet> {
         let stamp = |i: Option<&usize>| i.map(|&i| self.seconds[i]);
         (self.empty > 0).then(|| Unmet {

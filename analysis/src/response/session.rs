@@ -90,7 +90,8 @@ impl Response {
         };
         let before = session.manifest.specimen.as_ref().and_then(|specimen| specimen.cycles_before);
         // Rows of a table of states are no cycles of load unless somebody says so.
-        let before = if spec.points.is_timed() { before } else { before.or(Some(1)) };
+        let says_so = spec.points.is_timed() || spec.cycles.is_some();
+        let before = if says_so { before } else { before.or(Some(1)) };
         let mut placed = place(readings, turn_pa, before);
         if spec.tare_at_zero {
             census.untared = tare(&mut placed, zero_within_pa, &names);
@@ -99,7 +100,8 @@ impl Response {
         let drift = drift(&cycle_means(&placed));
         let repeats = Repeats::of(&placed, &names);
         let is_movement = matches!(spec.points, PointRule::Trajectory(_));
-        let any_first = placed.iter().any(|p| p.is_first);
+        // Where all are first none stands apart from others; where none can be, none is compared as the first.
+        let has_first = placed.iter().any(|p| p.is_first) || before.is_some_and(|before| before > 0);
         // Run by run: no sample of a movement is a repeat of another.
         let groups = if is_movement {
             placed.into_iter().map(|one| vec![one]).collect()
@@ -109,13 +111,14 @@ impl Response {
         let points: Vec<ResponsePoint> = groups
             .iter()
             .filter_map(|group| {
-                let apart = is_apart(group.first()?.is_first, any_first, spec.cycles);
+                let apart = is_apart(group.first()?.is_first, has_first, spec.cycles.unwrap_or_default());
                 point(group, &std_si, &names, &repeats, apart)
             })
             .collect();
         if points.len() > POINTS_MAX {
             return Err(points.len());
         }
+        let unmeasured = groups.len() - points.len();
         let mut instruments = instruments(session, spec);
         if movement.is_some() {
             // What is predicted for an instant has no slope over the pressure.
@@ -132,6 +135,7 @@ impl Response {
             same_within_pa: same_within_pa.max(zero_within_pa),
             rounding_pa,
             points,
+            unmeasured,
             movement,
             columns: vec![],
             texts: vec![],
@@ -286,7 +290,7 @@ fn pool_scatter(response: &mut Response, std_si: &[Option<f64>]) {
     let deviation = |k: usize, at: usize, mean: f64| response.points[at / width].repeats[k].measured[at % width] - mean;
     let of = |k: usize| places.iter().zip(&means).map(|(&at, mean)| deviation(k, at, *mean)).collect();
     let deviations: Vec<Vec<f64>> = (0..repeats.len()).map(of).collect();
-    let Some(found) = scatter(&deviations, &means, width) else { return };
+    let Ok(found) = scatter(&deviations, &means, &response.read_on_the_way_down(&places), width) else { return };
     let variance = |directions: &[Vec<f64>], place: usize| directions.iter().map(|d| d[place] * d[place]).sum::<f64>();
     for (place, at) in places.into_iter().enumerate() {
         let known = Variance::new(std_si.get(at % width).copied().flatten().unwrap_or(0.0).powi(2));
@@ -296,6 +300,13 @@ fn pool_scatter(response: &mut Response, std_si: &[Option<f64>]) {
             && half_width_si.is_finite()
         {
             values[at % width].half_width_si = half_width_si;
+        }
+    }
+    // Readings of one point that agree to the last digit scatter as their neighbours do.
+    for point in &mut response.points {
+        let is_known = point.measured.iter().flatten().all(|value| value.half_width_si > 0.0);
+        if point.repeats.len() == repeats.len() && is_known {
+            point.interval = IntervalKind::Repeats;
         }
     }
 }
@@ -343,8 +354,11 @@ fn point(
             let known = Variance::new(instrument(i).unwrap_or(0.0).powi(2));
             let half_width_si = known.with(scatter, n - 1).half_width();
             // Beyond what a double can hold nothing is known: not a number, which is never judged.
-            let si = if half_width_si.is_finite() { mean } else { f64::NAN };
-            Printed { si, half_width_si }
+            if half_width_si.is_finite() {
+                Printed { si: mean, half_width_si }
+            } else {
+                Printed { si: f64::NAN, half_width_si: 0.0 }
+            }
         })
         .collect();
     let widths = measured.iter().all(|m| m.half_width_si > 0.0);

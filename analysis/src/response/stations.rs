@@ -149,10 +149,10 @@ impl Repeats {
 }
 
 /// Whether what belongs to the first cycle, or to the others, is shown and not compared.
-pub(super) fn is_apart(is_first: bool, any_first: bool, cycles: Cycles) -> bool {
+pub(super) fn is_apart(is_first: bool, has_first: bool, cycles: Cycles) -> bool {
     match cycles {
         Cycles::All => false,
         Cycles::Conditioned => is_first,
-        Cycles::First => any_first && !is_first,
+        Cycles::First => has_first && !is_first,
     }
 }

@@ -206,12 +206,13 @@ fn rigid(pairs: &[Points], width: usize) -> Result<Transform, String> {
         values.sort_by(|a, b| b.total_cmp(a));
         (values[0], values[1])
     };
+    let reach = pairs.iter().map(|(p, m)| p.norm().max(m.norm())).fold(0.0, f64::max);
     for (name, (long, across)) in
         [("predicted", spread(|pair| pair.0, centre_p)), ("measured", spread(|pair| pair.1, centre_m))]
     {
         // In the plane a straight line says how it is turned; in space it does not say how about itself.
         let what = match width {
-            _ if !(long.is_finite() && long > 0.0) => "are one point",
+            _ if !(long.is_finite() && long > ROUNDING_SHARE * reach) => "are one point",
             2 => continue,
             _ if across < STRAIGHT_SHARE * long => "lie on a straight line",
             _ => continue,

@@ -32,6 +32,11 @@ pub fn student_975(freedom: usize) -> Option<f64> {
     StudentsT::new(0.0, 1.0, freedom as f64).ok().map(|t| t.inverse_cdf(0.975))
 }
 
+/// t² - z² of so many degrees of freedom; zero without any.
+pub fn student_excess(freedom: usize) -> f64 {
+    student_975(freedom).map_or(0.0, |t| t * t - Z95 * Z95)
+}
+
 /// The standard normal distribution function.
 pub fn normal_cdf(x: f64) -> f64 {
     Normal::standard().cdf(x)
@@ -64,7 +69,12 @@ impl Variance {
     /// With a part that is found from repeats with so many degrees of freedom; without any it only counts.
     #[must_use]
     pub fn with(self, variance: f64, freedom: usize) -> Self {
-        let excess = student_975(freedom).filter(|_| variance > 0.0).map_or(0.0, |t| t * t - Z95 * Z95);
+        self.with_excess(variance, if variance > 0.0 { student_excess(freedom) } else { 0.0 })
+    }
+
+    /// The same with the excess of its degrees of freedom, for whoever asks often.
+    #[must_use]
+    pub fn with_excess(self, variance: f64, excess: f64) -> Self {
         Self {
             total: self.total + variance,
             type_a: self.type_a + variance,

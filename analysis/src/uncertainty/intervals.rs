@@ -11,13 +11,15 @@
 //! | mean size, and mean over a value | first order with folded signs, [`pointwise`](super::pointwise) |
 //! | over the range | that of the numerator and of the range, in squares |
 //!
-//! From 20 repeats on the part of the repeats in bias, mean size and RMSE is that of a `BCa` bootstrap, a repeat being a block:
-//! [`bootstrap`](super::bootstrap). What everything else adds is added to it in squares.
+//! From 20 repeats on the part of the repeats in the bias is that of a `BCa` bootstrap, a repeat being a block:
+//! [`bootstrap`](super::bootstrap). What everything else adds is added to it in squares. Sizes are no smooth functions of what may be
+//! zero, and a bootstrap of them promises too much: they keep theirs.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bootstrap::{Blocks, bca};
+use super::coverage::Z95;
 use super::errors::{Cause, Errors, Factor};
 use super::pointwise::{Moved, linear};
 use super::quadratic::root_mean_square;
@@ -49,9 +51,6 @@ pub enum Method {
 /// Repeats from which a bootstrap is trusted, and how often they are resampled.
 const BCA_REPEATS_MIN: usize = 20;
 const RESAMPLES: usize = 10_000;
-
-/// From the means of the residuals to a metric.
-type Statistic<'a> = Box<dyn Fn(&[f64]) -> f64 + 'a>;
 
 /// Repeats × values × resamples at most: beyond it the parametric interval stays.
 const BCA_WORK_MAX: usize = 300_000_000;
@@ -88,26 +87,23 @@ impl Sample<'_> {
     /// The same with the repeats resampled, where they are many enough, and all there at every point.
     fn resampled(&self, metric: Metric, known: &Known) -> Option<Known> {
         let Measure::Known(interval) = known.measure else { return None };
+        if metric != Metric::Bias {
+            return None;
+        }
         let repeats: Vec<&Factor> = self.errors.factors.iter().filter(|f| self.errors.is_type_a(f)).collect();
         let (n, values) = (repeats.len(), self.used.len() * self.used.first()?.measured.len());
         if n < BCA_REPEATS_MIN || n != self.errors.repeats || n * values * RESAMPLES > BCA_WORK_MAX {
             return None;
         }
-        let width = values / self.used.len();
         let residuals: Vec<f64> = self.used.iter().flat_map(Pair::differences).collect();
         // What a factor holds of a repeat is its deviation from the mean over √(n (n - 1)).
         let scale = ((n * (n - 1)) as f64).sqrt();
-        let column = |i: usize| repeats.iter().map(|f| residuals[i] - scale * f.measured[i]).collect();
+        let column =
+            |i: usize| repeats.iter().map(|f| residuals[i] + scale * (f.predicted[i] - f.measured[i])).collect();
         let blocks = Blocks::new((0..values).map(column).collect()).ok()?;
-        let sizes = |e: &[f64]| -> Vec<f64> { e.chunks(width).map(|c| signed_size(c).abs()).collect() };
         let points = self.used.len() as f64;
-        let statistic: Statistic<'_> = match metric {
-            Metric::Bias => Box::new(|e| e.iter().sum::<f64>() / points),
-            Metric::Mae => Box::new(|e| sizes(e).iter().sum::<f64>() / points),
-            Metric::Rmse => Box::new(|e| (e.iter().map(|e| e * e).sum::<f64>() / points).sqrt()),
-            _ => return None,
-        };
-        let found = bca(&blocks, &*statistic, RESAMPLES, 0, 0.95).ok()?;
+        let statistic = |e: &[f64]| e.iter().sum::<f64>() / points;
+        let found = bca(&blocks, &statistic, RESAMPLES, 0, 0.95).ok()?;
         // What everything else adds: its share of the metric's variance.
         let of_repeats: f64 = self
             .errors
@@ -120,7 +116,6 @@ impl Sample<'_> {
         let other = |end: f64| (interval.value - end).abs() * (1.0 - of_repeats).max(0.0).sqrt();
         let lower = interval.value - (found.value - found.lower).max(0.0).hypot(other(interval.lower));
         let upper = interval.value + (found.upper - found.value).max(0.0).hypot(other(interval.upper));
-        let lower = if metric == Metric::Bias { lower } else { lower.max(0.0) };
         let measure = finite(Interval { value: interval.value, lower, upper });
         Some(Known { measure, method: Some(Method::Bca), ..known.clone() })
     }
@@ -147,11 +142,22 @@ impl Sample<'_> {
             Metric::RelativeToRangeRmse => self.over_range(self.rmse()),
             Metric::ResidualAtZero => {
                 let moved = Self::residuals(self.at_zero, &self.errors_at_zero);
-                let sizes = moved.values.iter().map(|v| v.abs());
-                let largest = sizes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-                let Some((i, _)) = largest else { return Known::of(plain) };
-                let by: Vec<f64> = moved.by.iter().map(|by| by[i]).collect();
-                known_linear(value, &by, &self.errors_at_zero)
+                if let [_] = moved.values[..] {
+                    let by: Vec<f64> = moved.by.iter().map(|by| by[0]).collect();
+                    return known_linear(value, &by, &self.errors_at_zero);
+                }
+                let known = largest_of(&moved, &self.errors_at_zero);
+                // Of several the one that is seen largest; its sign is known where it cannot be zero.
+                let signed = |Interval { lower, upper, .. }: Interval| match (lower > 0.0, value < 0.0) {
+                    (true, true) => Interval { value, lower: -upper, upper: -lower },
+                    (true, false) => Interval { value, lower, upper },
+                    (false, _) => Interval { value, lower: -upper, upper },
+                };
+                let measure = match known.measure {
+                    Measure::Known(interval) => Measure::Known(signed(interval)),
+                    other => other,
+                };
+                Known { measure, ..known }
             }
             Metric::LoopArea | Metric::LoopAreaShare => {
                 let Ok(area) = &self.loop_area else { return Known::of(plain) };
@@ -191,7 +197,9 @@ impl Sample<'_> {
             let moved = difference(factor);
             differences.iter().enumerate().map(|(i, d)| along(d, &moved[i * width..(i + 1) * width])).collect()
         });
-        Moved { by: by.collect(), values }
+        let by: Vec<Vec<f64>> = by.collect();
+        let across = (0..values.len()).map(|i| across(&differences[i], i, errors)).collect();
+        Moved { values, by, across }
     }
 
     /// |residual| over the measured or the predicted value, point by point.
@@ -220,7 +228,9 @@ impl Sample<'_> {
             self.errors.factors.iter().zip(&residuals.by).map(|(factor, r)| {
                 (0..values.len()).map(|i| (r[i] - values[i] * size_by(factor, i)) / sizes[i]).collect()
             });
-        let moved = Moved { by: by.collect(), values };
+        let across = residuals.across.iter().zip(&sizes).map(|(across, size)| across / size.abs()).collect();
+        let by = by.collect();
+        let moved = Moved { values, by, across };
         match metric {
             Metric::RelativeToMeasuredMax | Metric::RelativeToPredictedMax => largest_of(&moved, &self.errors),
             _ => mean_of(&moved, &self.errors),
@@ -262,6 +272,22 @@ fn signed_size(components: &[f64]) -> f64 {
         [one] => *one,
         many => many.iter().map(|c| c * c).sum::<f64>().sqrt(),
     }
+}
+
+/// By how much the errors square to a vector make it longer, at most: |e + d| is |e| + d∥ + |d⊥|²/2|e| and more, |e| the least that may be.
+fn across(vector: &[f64], point: usize, errors: &Errors) -> f64 {
+    let width = vector.len();
+    if width < 2 {
+        return 0.0;
+    }
+    let of = |component: usize| {
+        let moved = |f: &Factor| f.predicted[point * width + component] - f.measured[point * width + component];
+        (errors.variance(errors.factors.iter().map(moved)).half_width() / Z95).powi(2)
+    };
+    let square: f64 = (0..width).map(of).sum();
+    let length = vector.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let nearest = (length - Z95 * square.sqrt()).max(0.0);
+    nearest.hypot(square.sqrt()) - nearest
 }
 
 /// By how much a move changes the size of a vector: its part along it, or all of it where the vector is none.

@@ -216,8 +216,8 @@ pub struct ResponseSpec {
     pub method: String,
     /// What is read at zero pressure before the first rise of a run is taken as its zero.
     pub tare_at_zero: bool,
-    /// Which cycles are compared.
-    pub cycles: Cycles,
+    /// Which cycles are compared, if the session says so.
+    pub cycles: Option<Cycles>,
     /// Whether loading and unloading are kept apart.
     pub branches: Branches,
     /// Channel and id of what is set beside the pressure.

@@ -508,7 +508,7 @@ pub(super) fn responses(
             measured: names.to_vec(),
             method: r.measured.method.clone(),
             tare_at_zero: r.measured.tare.is_some(),
-            cycles: r.cycles.as_ref().map(|cycles| *cycles.get_ref()).unwrap_or_default(),
+            cycles: r.cycles.as_ref().map(|cycles| *cycles.get_ref()),
             branches: r.branches.as_ref().map(|branches| *branches.get_ref()).unwrap_or_default(),
             conditions,
             zero_within_pa: r

@@ -115,6 +115,10 @@ pub(super) fn check_clocks(
     lag: Option<&Spanned<LagMeaning>>,
     syncs: &[SyncSpec],
 ) -> Result<(), IngestError> {
+    if let Some(lag) = lag.filter(|lag| *lag.get_ref() == LagMeaning::Clock && !syncs.is_empty()) {
+        let next = "remove `lag`: the events say how the clocks lie to each other; or remove [[sync]]";
+        return Err(document.malformed(lag.span(), "no lag of a clock beside [[sync]]", "\"clock\"", next));
+    }
     if clocks != Clocks::One {
         return Ok(());
     }
