@@ -92,6 +92,9 @@ fn status(response: &ResponsePoint, predicted: &Predicted, is_zero_reference: bo
     }
 }
 
+/// Less than this share of the largest value is moved by rounding alone.
+const ROUNDING_SHARE: f64 = 1e-12;
+
 /// What is known of how sure a set of measured values is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Knowledge {
@@ -142,7 +145,7 @@ pub fn measure_session(points: &[Point], response: &Response, errors: &Errors) -
         let repeats = of.iter().map(|&i| response.points[i].repeats.len()).min().unwrap_or(0);
         Errors { repeats, ..errors.of_points(of, width) }
     };
-    let (used, at_zero) = (Knowledge::of(&kinds(&split.used_at)), Knowledge::of(&kinds(&split.at_zero_at)));
+    let (mut used, at_zero) = (Knowledge::of(&kinds(&split.used_at)), Knowledge::of(&kinds(&split.at_zero_at)));
     let loop_area = loop_area(points, response);
     let errors_of_loop = {
         // As few repeats as at any point of the loop.
@@ -160,11 +163,25 @@ pub fn measure_session(points: &[Point], response: &Response, errors: &Errors) -
         loop_area,
         errors_of_loop,
     };
+    // What an alignment or a fit takes wholly out of the residuals says nothing of how sure they are.
+    if !moves(&sample) {
+        used = Knowledge { single_repeat: true, unknown: true };
+    }
     let known = |metric| sample.metric(metric);
     let metrics = split.records(points, &known, used, at_zero);
     let is_known = !split.used.is_empty() && !used.unknown;
     let validation = is_known.then(|| validation(&split.used, &sample.errors)).flatten();
     Measured { metrics, budget: budget(&sample.errors), validation }
+}
+
+/// Whether anything moves a residual beyond what rounding does.
+fn moves(sample: &Sample) -> bool {
+    let largest = sample.used.iter().flat_map(|pair| pair.numbers(false)).fold(0.0_f64, |most, v| most.max(v.abs()));
+    let by = |factor: &Factor| {
+        let moved = factor.predicted.iter().zip(&factor.measured).map(|(p, m)| (p - m).abs());
+        moved.fold(0.0, f64::max)
+    };
+    sample.used.is_empty() || sample.errors.factors.iter().any(|factor| by(factor) > ROUNDING_SHARE * largest)
 }
 
 /// E, its uncertainty by cause, and where the two meet.

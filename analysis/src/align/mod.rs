@@ -296,9 +296,10 @@ impl<'a> AlignedRun<'a> {
     /// How sure the clock of a stream is in the middle of its stamps, in s; of the reference, or without events, there is nothing to say.
     fn clock_std_s(&self, stream: usize) -> f64 {
         let fit = self.clocks.iter().find(|clock| clock.stream == stream).and_then(|clock| clock.fit.as_ref().ok());
-        let stamps = || self.run.streams[stream].seconds.iter().flatten().copied().filter(|t| t.is_finite());
+        // On the reference by now: back to its own clock.
+        let stamps = || self.seconds(stream).into_iter().flatten().copied().filter(|t| t.is_finite());
         let middle = stamps().next().zip(stamps().next_back()).map(|(first, last)| f64::midpoint(first, last));
-        fit.zip(middle).map_or(0.0, |(fit, middle)| fit.offset_at(middle).std)
+        fit.zip(middle).map_or(0.0, |(fit, middle)| fit.offset_at(middle - fit.offset.value).std)
     }
 
     fn join(&mut self, stream: usize, state: usize) {
@@ -553,7 +554,15 @@ fn unusual(lags: &[FoundLag]) -> Option<(usize, usize, String)> {
     } else {
         String::new()
     };
-    Some((first, odd.len(), format!("a lag of {}{usual}. Is a clock off, or was a channel delayed?", list(&each))))
+    let leads = lags
+        .iter()
+        .any(|(_, of_run, lag)| of_run.meaning == Meaning::Physical && lag.value_s < 0.0 && is_far(lag, 0.0));
+    let why = if leads {
+        "No motion precedes its pressure: the clocks are not what the session says of them"
+    } else {
+        "Is a clock off, or was a channel delayed?"
+    };
+    Some((first, odd.len(), format!("a lag of {}{usual}. {why}", list(&each))))
 }
 
 /// The first of many.
