@@ -137,10 +137,62 @@ fn a_motion_that_leads_its_pressure_is_read_only_if_a_clock_is_declared_to_be_of
 }
 
 #[test]
+fn a_window_is_read_only_where_the_clock_is_known_well_enough_to_say_what_lies_in_it() {
+    let own = rehearsed(&["internal-support", "--clocks", "own"]);
+    let (_, sure) = validate(own.path());
+    let used = |results: &Value| session(results)["responses"][0]["used"].as_u64().unwrap();
+    // Recordings of one event up to 5 s apart, of windows of a second or so.
+    change(own.path(), "event = \"edges\"", "event = \"edges\"\nstd = { value = 5, unit = \"s\" }");
+    let (said, results) = validate(own.path());
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert_eq!(results["comparisons"][0]["points"], serde_json::json!([]));
+    let told = said.out + &said.err;
+    assert!(told.contains("on the clock of the pressure") && told.contains("are not read"), "{told}");
+    // Known to some 0.1 s less of each window is.
+    change(own.path(), "value = 5,", "value = 0.1,");
+    let (_, results) = validate(own.path());
+    assert_eq!(measured(&results).len(), measured(&sure).len());
+    assert!(used(&results) < used(&sure), "{} {}", used(&results), used(&sure));
+}
+
+#[test]
+fn a_motion_before_its_pressure_is_told_although_the_clocks_are_declared_to_agree() {
+    let own = rehearsed(&["wave-finger", "--sitting", "bending-angle", "--clocks", "own"]);
+    without_events(own.path());
+    change(own.path(), "schema = 1\n", "schema = 1\nlag = \"physical\"\n");
+    let (_, results) = validate(own.path());
+    let told = findings(&results, "unusual-lag");
+    assert_eq!(told.len(), 1, "{}", session(&results)["lags"]);
+    assert!(told[0]["text"].as_str().unwrap().contains("No motion precedes its pressure"), "{told:?}");
+}
+
+#[test]
+fn a_clock_that_gains_more_than_any_clock_does_is_told() {
+    let own = rehearsed(&["internal-support", "--clocks", "own"]);
+    let (_, results) = validate(own.path());
+    assert_eq!(findings(&results, "sync-mismatch").len(), 0);
+    for run in 1..=3 {
+        let path = own.path().join(format!("lab/run-{run}-camera.csv"));
+        let text = fs::read_to_string(&path).unwrap();
+        let line = |line: &str| match line.split_once(',') {
+            Some((stamp, rest)) if stamp.parse::<f64>().is_ok() => {
+                format!("{:.6},{rest}\n", stamp.parse::<f64>().unwrap() * 1.005)
+            }
+            _ => format!("{line}\n"),
+        };
+        fs::write(path, text.lines().map(line).collect::<String>()).unwrap();
+    }
+    let (_, results) = validate(own.path());
+    let told = findings(&results, "sync-mismatch");
+    assert_eq!(told.len(), 3, "{told:?}");
+    assert!(told[0]["text"].as_str().unwrap().contains(" ppm (± "), "{}", told[0]);
+}
+
+#[test]
 fn what_has_nothing_in_common_is_refused_with_the_reason_and_the_next_step() {
-    let refused = |folder: &Path, words: &[&str]| {
+    let refused = |folder: &Path, code: i32, words: &[&str]| {
         let (said, _) = validate(folder);
-        assert_eq!(said.code, 2, "{}", said.err);
+        assert_eq!(said.code, code, "{}", said.err);
         for word in words.iter().chain(&["response `outer-diameter`", "`diameter` from camera", "[[sync]]"]) {
             assert!(said.err.contains(word), "{word}: {}", said.err);
         }
@@ -160,7 +212,8 @@ fn what_has_nothing_in_common_is_refused_with_the_reason_and_the_next_step() {
         };
         fs::write(path, text.lines().map(line).collect::<String>()).unwrap();
     }
-    refused(later.path(), &["no stamps in common"]);
+    // The session does not say how the clocks lie: the user's to mend.
+    refused(later.path(), 2, &["no stamps in common"]);
     // A trigger that the camera never saw.
     let unseen = rehearsed(&["internal-support", "--clocks", "own"]);
     for run in 1..=3 {
@@ -168,7 +221,7 @@ fn what_has_nothing_in_common_is_refused_with_the_reason_and_the_next_step() {
         let text = fs::read_to_string(&path).unwrap();
         fs::write(path, text.replace(",1.0\n", ",0.0\n").replace(",1\n", ",0\n")).unwrap();
     }
-    refused(unseen.path(), &["`led`: it never changes"]);
+    refused(unseen.path(), 4, &["`led`: it never changes"]);
     // In one run only: that run is lost, and told.
     let partly = rehearsed(&["internal-support", "--clocks", "own"]);
     let path = partly.path().join("lab/run-2-camera.csv");

@@ -1,6 +1,6 @@
 //! What measurement would decide an open verdict: from the budget of a metric.
 
-use crate::metrics::{Interval, Metric};
+use crate::metrics::Metric;
 use crate::results::{BudgetRecord, Comparison, PointStatus};
 use crate::uncertainty::coverage::Variance;
 use crate::uncertainty::errors::Cause;
@@ -11,8 +11,9 @@ const REPEATS_MAX: usize = 1000;
 /// Nearer to the bound than this share of the half width a value lies on it.
 const ON_THE_BOUND: f64 = 1e-3;
 
-/// What would bring the half width of a metric's interval down to `half`, in words; `None` where there is no budget.
-pub fn what_would_decide(comparison: &Comparison, metric: Metric, interval: Interval, half: f64) -> Option<String> {
+/// What would bring the width of a metric's interval on the side of the bound from `width` down to `half`, in words; `None` where there is no
+/// budget.
+pub fn what_would_decide(comparison: &Comparison, metric: Metric, width: f64, half: f64) -> Option<String> {
     let record = comparison.metric(metric)?;
     let budget = &comparison.budget;
     let (top, share) = record.shares.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -22,7 +23,7 @@ pub fn what_would_decide(comparison: &Comparison, metric: Metric, interval: Inte
         _ => format!("{} makes {:.0} % of its variance", row.source, 100.0 * share),
     };
     let said = makes(first, share);
-    if half <= ON_THE_BOUND * interval.half_width() {
+    if half <= ON_THE_BOUND * width {
         return Some(format!("{said}; what lies on the bound no measurement can decide"));
     }
     let repeats =
@@ -39,7 +40,7 @@ pub fn what_would_decide(comparison: &Comparison, metric: Metric, interval: Inte
             None => sum.with(if i == top { share / (times * times) } else { *share }, 0),
         })
     };
-    let scale = interval.half_width() / variance(repeats, 1.0).half_width();
+    let scale = width / variance(repeats, 1.0).half_width();
     let is_enough = |n: usize, times: f64| scale * variance(n, times).half_width() <= half;
     if first.cause == Cause::Repeats {
         let most = comparison.points.iter().map(|p| p.repeats).max().unwrap_or(repeats);

@@ -8,9 +8,12 @@ use crate::AnalysisError;
 use crate::bounds::{Bound, Bounds, Expect};
 use crate::decide::what_would_decide;
 use crate::format;
-use crate::metrics::{Measure, Metric};
+use crate::metrics::{Interval, Measure, Metric};
 use crate::results::{Comparison, FindingRecord, JudgementRecord, MetricRecord, Point, PointStatus, Results, Severity};
 use crate::verdict::{Basis, Grounds, Verdict, Why, judge};
+
+/// Two runs went to one pressure, if they are as near as this share of it.
+const SAME_PRESSURE_SHARE: f64 = 0.01;
 
 /// Measured points at which the model fails a bound for want of a value. A value that is not a number leaves everything open,
 /// whatever else is missing; the zero-pressure metric asks the zero-pressure references alone.
@@ -170,10 +173,21 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
         };
         let known = record.map(MetricRecord::measure);
         let Some(Measure::Known(interval)) = known else { return general.to_owned() };
-        what_would_decide(comparison, bound.metric, interval.abs(), half).unwrap_or_else(|| general.to_owned())
+        let Interval { value, lower, upper } = interval;
+        // Towards the bound; of a size seen from either side of zero.
+        let is_outward = (value.abs() < bound.max) == (value >= 0.0);
+        let width = match why {
+            Why::Straddles if is_outward => upper - value,
+            Why::Straddles => value - lower,
+            _ => interval.abs().half_width(),
+        };
+        what_would_decide(comparison, bound.metric, width, half).unwrap_or_else(|| general.to_owned())
     };
     let distance = record.and_then(|r| r.value).map_or(0.0, |value| (value.abs() - bound.max).abs());
     match why {
+        Why::NoInterval if bound.metric != Metric::ResidualAtZero && nothing_moves(comparison) => format!(
+            "{name} is {value}, and the alignment or fit takes out all that is declared to be uncertain, which is the same in every reading; `std` of the prediction's table row by row, or the comparison without it, could decide it"
+        ),
         // Runs of a movement are not merged, however many there are.
         Why::SingleRepeat if comparison.samples_alone => format!(
             "{name} is {value}, from single samples, matched at equal {}, which have no scatter to judge by; allow_single_repeat in the bound could decide it",
@@ -184,13 +198,21 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
             comparison.against.name()
         ),
         Why::SingleRepeat => format!(
-            "{name} is {value}, from one repeat at {} of {} points, which has no scatter to judge by; a second repeat at equal pressure, or allow_single_repeat in the bound, could decide it",
-            comparison.points.iter().filter(|p| p.status == PointStatus::Used && p.runs.len() < 2).count(),
-            comparison.n_used
+            "{name} is {value}, from one repeat at {}, which has no scatter to judge by{}; a second repeat at equal pressure, or allow_single_repeat in the bound, could decide it",
+            of_points(comparison, |p| p.repeats < 2),
+            other_way(comparison)
         ),
-        Why::NoInterval => format!(
-            "{name} is {value}, from one repeat, or repeats that agree to the last digit, of an instrument that declares no uncertainty; `std` or `resolution` in rig.toml, and more repeats or allow_single_repeat in the bound, could decide it"
-        ),
+        Why::NoInterval => {
+            let is_unknown = |p: &Point| p.measured_half_width.is_none();
+            let agree =
+                comparison.points.iter().any(|p| p.status == PointStatus::Used && is_unknown(p) && p.repeats > 1);
+            format!(
+                "{name} is {value}, from {} at {}, of an instrument that declares no uncertainty{}; `std` or `resolution` in rig.toml, and more repeats or allow_single_repeat in the bound, could decide it",
+                if agree { "one repeat, or repeats that agree to the last digit," } else { "one repeat" },
+                of_points(comparison, is_unknown),
+                other_way(comparison)
+            )
+        }
         Why::Within if bound.expect == Expect::Exceed => {
             format!("{name} is {value}, within the bound of {limit}, which it was expected to exceed")
         }
@@ -221,6 +243,34 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
                 comparison.n_without_prediction
             )
         }
+    }
+}
+
+/// How many of the points that are used are such.
+fn of_points(comparison: &Comparison, is_such: impl Fn(&Point) -> bool) -> String {
+    let such = comparison.points.iter().filter(|p| p.status == PointStatus::Used && is_such(p)).count();
+    format!("{such} of {} points", comparison.n_used)
+}
+
+/// Whether what is declared to be uncertain moves no residual: an alignment or a fit took it out.
+fn nothing_moves(comparison: &Comparison) -> bool {
+    let used = || comparison.points.iter().filter(|p| p.status == PointStatus::Used);
+    !comparison.budget.is_empty() && used().all(|p| p.measured_half_width.is_some())
+}
+
+/// What is no repeat because another run went there the other way, in words; nothing where there is none.
+fn other_way(comparison: &Comparison) -> String {
+    let alone = || comparison.points.iter().filter(|p| p.status == PointStatus::Used && p.repeats == 1);
+    let is_met = |p: &&Point| {
+        let near = |a: f64, b: f64| (a - b).abs() <= SAME_PRESSURE_SHARE * b.abs();
+        let equal = |q: &Point| p.pressures_gauge_pa.iter().zip(&q.pressures_gauge_pa).all(|(a, b)| near(*a, *b));
+        alone().any(|q| q.branch != p.branch && q.runs != p.runs && q.conditions_si == p.conditions_si && equal(q))
+    };
+    match alone().filter(is_met).count() {
+        0 => String::new(),
+        n => format!(
+            " ({n} of them were read on the way up in one run and on the way down in another, which are no repeats of each other; branches = \"together\" in the response if the order of the rows means nothing)"
+        ),
     }
 }
 

@@ -45,7 +45,9 @@ fn point(
         pressure_share: share(&response.pressures_gauge_pa, full),
         at: response.at,
         conditions_si: response.conditions.iter().map(|c| c.si).collect(),
-        measured_half_width: half_widths(measured),
+        measured_half_width: measured
+            .filter(|_| response.interval != IntervalKind::Unknown)
+            .map(|m| half_widths(Some(m))),
         measured: numbers(measured),
         predicted_half_width: half_widths(predicted),
         predicted: numbers(predicted),
@@ -264,15 +266,15 @@ struct Split {
 impl Split {
     fn of(points: &[Point]) -> Self {
         let pair = |p: &Point| {
-            let intervals = |values: &Option<Vec<f64>>, half_widths: &[f64]| -> Vec<Interval> {
+            let width = p.predicted_half_width.len();
+            let intervals = |values: &Option<Vec<f64>>, half_widths: Option<&Vec<f64>>| -> Vec<Interval> {
+                let half_width = |i: usize| half_widths.map_or(0.0, |of| of[i]);
                 let value = |i: usize| values.as_ref().map_or(f64::NAN, |v| v[i]);
-                (0..half_widths.len())
-                    .map(|i| Interval::from(Printed { si: value(i), half_width_si: half_widths[i] }))
-                    .collect()
+                (0..width).map(|i| Interval::from(Printed { si: value(i), half_width_si: half_width(i) })).collect()
             };
             Pair {
-                predicted: intervals(&p.predicted, &p.predicted_half_width),
-                measured: intervals(&p.measured, &p.measured_half_width),
+                predicted: intervals(&p.predicted, Some(&p.predicted_half_width)),
+                measured: intervals(&p.measured, p.measured_half_width.as_ref()),
             }
         };
         let at = |wanted: &[PointStatus]| -> Vec<usize> {

@@ -196,7 +196,7 @@ impl Results {
                     && p.conditions_si.len() == c.conditions.len()
                     && as_wide(&p.measured)
                     && as_wide(&p.predicted)
-                    && p.measured_half_width.len() == width
+                    && as_wide(&p.measured_half_width)
                     && p.predicted_half_width.len() == width
             };
             let is_path = c.against != Against::Pressure;

@@ -36,7 +36,8 @@ class Points:
         self.points = points
         self.n = len(points)
         self.predicted, self.measured = array("predicted"), array("measured")
-        self.of_predicted, self.of_measured = array("predicted_half_width"), array("measured_half_width")
+        # Where nothing is known of how sure a value is, no digit of it is left open either.
+        self.of_predicted, self.of_measured = array("predicted_half_width"), np.nan_to_num(array("measured_half_width"))
         difference = self.predicted - self.measured
         self.is_position = difference.shape[1] > 1
         self.residual = np.linalg.norm(difference, axis=1) if self.is_position else difference[:, 0]

@@ -244,6 +244,20 @@ fn taps(track: &Track) -> Result<Events, String> {
         }
         last_s = at_s;
     }
+    // A knock is short: what stays away from the rest is a line, or a step.
+    for &peak in &peaks {
+        let is_out = |i: &usize| size[*i] > TAP_SHARE * largest && (deviation[*i] > 0.0) == (deviation[peak] > 0.0);
+        let from = (0..peak).rev().take_while(is_out).last().unwrap_or(peak);
+        let to = (peak + 1..size.len()).take_while(is_out).last().unwrap_or(peak);
+        let lasts_s = track.moments[to].at_s - track.moments[from].at_s;
+        if lasts_s > TAP_APART_S {
+            return Err(format!(
+                "what stands out of its rest at {:.3} s lasts {lasts_s:.2} s, which no knock does: say event = \"edges\" for a line, \"steps\" for a \
+                 signal between two levels",
+                track.moments[from].at_s
+            ));
+        }
+    }
     let mut events = Events::default();
     for peak in peaks {
         let here = track.moments[peak].at_s;
@@ -419,6 +433,8 @@ mod tests {
         let values: Vec<f64> = seconds.iter().map(|t| 20.0 * (t - 1.0).clamp(0.0, 0.5)).collect();
         let event = events(&seconds, &values, SyncEvent::Steps).unwrap().found[0];
         assert!((event.at_s - 1.25).abs() < 1e-3 && event.half_width_s < 1e-3 && event.rises, "{event:?}");
+        // Which stays where it is: no knock.
+        assert!(events(&seconds, &values, SyncEvent::Tap).unwrap_err().contains("which no knock does"));
         let values: Vec<f64> = seconds.iter().map(|t| -(-((t - 1.234) / 0.02).powi(2)).exp()).collect();
         let event = events(&seconds, &values, SyncEvent::Tap).unwrap().found[0];
         assert!((event.at_s - 1.234).abs() < 1e-3 && !event.rises, "{event:?}");

@@ -39,6 +39,9 @@ use crate::format;
 /// No clock of a lab is off by more than this: ceramic resonators are by half of it.
 const DRIFT_MAX: f64 = 0.01;
 
+/// Beyond this a drift is worth a word: quartz clocks are off by a tenth of it.
+const DRIFT_USUAL: f64 = 1e-3;
+
 /// A lag this many standard uncertainties, and this share of a sampling step, from that of the other runs, or below zero, is unusual.
 const UNUSUAL_STDS: f64 = 3.0;
 const UNUSUAL_STEPS: f64 = 0.1;
@@ -66,6 +69,8 @@ pub struct AlignedRun<'a> {
     epochs: Vec<Option<Epoch>>,
     /// Per stream: those of one group may be set against each other.
     groups: Vec<usize>,
+    /// Per stream: how far from that time its stamps may lie, either way, in s.
+    either_s: Vec<f64>,
     /// Clocks that events say something of.
     pub clocks: Vec<StreamClock>,
     /// Lags of motions behind pressures.
@@ -129,8 +134,8 @@ impl Meaning {
 /// How a motion may be read against a pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reach {
-    /// Both stand on one time.
-    Known,
+    /// Both stand on one time, up to so much either way, in s.
+    Known(f64),
     /// The motion is up to so much late, in s, by its clock or by the specimen.
     Late(f64),
     /// Not at all.
@@ -150,11 +155,16 @@ impl<'a> AlignedRun<'a> {
 
     /// How what a response measures on a stream may be read against the pressures on another.
     pub fn reach(&self, spec: &ResponseSpec, state: usize, stream: usize) -> Reach {
-        if self.groups.get(state) == self.groups.get(stream) {
-            return Reach::Known;
-        }
         let of_it = |lag: &&RunLag| lag.quantity == spec.quantity.id && lag.stream == stream;
-        match self.lags.iter().find(of_it).map(|lag| &lag.found) {
+        let lag = self.lags.iter().find(of_it);
+        if self.groups.get(state) == self.groups.get(stream) {
+            // A motion before its pressure: one of the two stamps is not what it is said to be, by that much.
+            let leads = lag.filter(|lag| lag.meaning == Meaning::Physical).and_then(|lag| lag.found.as_ref().ok());
+            let leads_s = leads.filter(|lag| lag.leads()).map_or(0.0, |lag| LAG_STDS * lag.std_s - lag.value_s);
+            let either_s = |stream: usize| self.either_s.get(stream).copied().unwrap_or(0.0);
+            return Reach::Known(either_s(state).hypot(either_s(stream)).max(leads_s));
+        }
+        match lag.map(|lag| &lag.found) {
             // What leads is no specimen's doing.
             Some(Ok(lag)) if !lag.leads() => Reach::Late(lag.value_s.max(0.0) + LAG_STDS * lag.std_s),
             _ => Reach::Apart,
@@ -179,7 +189,8 @@ impl<'a> AlignedRun<'a> {
             epochs.push(if since.is_some() { base } else { stream.epoch });
         }
         let groups = (0..run.streams.len()).map(|i| if is_one { 0 } else { i }).collect();
-        Self { run, seconds, epochs, groups, clocks: vec![], lags: vec![] }
+        let either_s = vec![0.0; run.streams.len()];
+        Self { run, seconds, epochs, groups, either_s, clocks: vec![], lags: vec![] }
     }
 
     fn signal(&self, id: &str) -> Option<(usize, Signal<'_>)> {
@@ -213,6 +224,9 @@ impl<'a> AlignedRun<'a> {
             let start_s = self.seconds(reference).and_then(|all| all.iter().copied().find(|t| t.is_finite()));
             let fit = ClockFit::of(&paired.pairs).ok_or_else(|| paired.refused.join("; "));
             if let Ok(fit) = &fit {
+                // A straight line is farthest off at an end.
+                let ends = self.seconds(stream).and_then(ends).into_iter().flat_map(|(first, last)| [first, last]);
+                self.either_s[stream] = ends.map(|stamp| fit.offset_at(stamp).half_width).fold(0.0, f64::max);
                 if let Some(Some(seconds)) = self.seconds.get_mut(stream) {
                     seconds.to_mut().iter_mut().for_each(|t| *t = fit.on_reference(*t));
                 }
@@ -284,6 +298,7 @@ impl<'a> AlignedRun<'a> {
                         seconds.to_mut().iter_mut().for_each(|t| *t -= by);
                     }
                     self.join(stream, state);
+                    self.either_s[stream] = LAG_STDS * found.std_s;
                 }
                 // Declared: the clocks agree, whatever is found.
                 (_, Meaning::Physical) => self.join(stream, state),
@@ -297,8 +312,7 @@ impl<'a> AlignedRun<'a> {
     fn clock_std_s(&self, stream: usize) -> f64 {
         let fit = self.clocks.iter().find(|clock| clock.stream == stream).and_then(|clock| clock.fit.as_ref().ok());
         // On the reference by now: back to its own clock.
-        let stamps = || self.seconds(stream).into_iter().flatten().copied().filter(|t| t.is_finite());
-        let middle = stamps().next().zip(stamps().next_back()).map(|(first, last)| f64::midpoint(first, last));
+        let middle = self.seconds(stream).and_then(ends).map(|(first, last)| f64::midpoint(first, last));
         fit.zip(middle).map_or(0.0, |(fit, middle)| fit.offset_at(middle - fit.offset.value).std)
     }
 
@@ -306,6 +320,13 @@ impl<'a> AlignedRun<'a> {
         self.groups[stream] = self.groups[state];
         self.epochs[stream] = self.epochs[state];
     }
+}
+
+/// The first and the last stamp that count.
+fn ends(seconds: &[f64]) -> Option<(f64, f64)> {
+    let mut stamps = seconds.iter().copied().filter(|t| t.is_finite());
+    let first = stamps.next()?;
+    Some((first, stamps.next_back().unwrap_or(first)))
 }
 
 impl Lag {
@@ -358,7 +379,8 @@ impl<'a> Alignment<'a> {
     /// The runs of a session on one time each.
     ///
     /// # Errors
-    /// [`IngestError::Malformed`] at a response whose pressure and motion cannot be set against each other in any run, with the reason.
+    /// At a response whose pressure and motion cannot be set against each other in any run, with the reason: [`IngestError::Unusable`] if
+    /// declared events are not in the logs, [`IngestError::Malformed`] if nothing declares how the clocks lie.
     pub fn of(session: &'a Session) -> Result<Self, IngestError> {
         let manifest = &session.manifest;
         let mut alignment = Self::default();
@@ -395,6 +417,15 @@ impl<'a> Alignment<'a> {
                     fit.on_reference(fit.middle_s)
                 );
                 self.tell(FindingKind::DriftUnknown, Severity::Note, file_of(manifest, run, stream), 1, text);
+            }
+            if let Some(drift) = fit.drift.filter(|drift| drift.value.abs() - drift.half_width > DRIFT_USUAL) {
+                let text = format!(
+                    "{here}: it gains {:.0} ppm (± {:.0} ppm), where a quartz clock gains some 10 to 100. Are its stamps in the unit they are \
+                     declared in, and are these recordings of the same events?",
+                    -1e6 * drift.value,
+                    1e6 * drift.half_width
+                );
+                self.tell(FindingKind::SyncMismatch, Severity::Note, file_of(manifest, run, stream), fit.events, text);
             }
             if fit.inflation > 1.0 {
                 let text = format!(
@@ -436,9 +467,21 @@ impl<'a> Alignment<'a> {
             }
         }
         let Some((run, names, why, _)) = apart.first() else { return Ok(()) };
+        let place = || Place::new(&manifest.file, Some(spec.line), Some(format!("response `{}`", spec.quantity.id)));
+        if readable == 0 && self.runs.iter().any(|aligned| aligned.clocks.iter().any(|clock| clock.fit.is_err())) {
+            // What was declared is not what was recorded.
+            return Err(IngestError::Unusable {
+                place: place(),
+                expected: "events of [[sync]] that the devices of a run recorded".to_owned(),
+                found: format!("{names}; run {run}: {why}"),
+                next: "record the events again, name other channels or another `event` in [[sync]], or remove it and say lag = \"physical\" if \
+                       the clocks agree"
+                    .to_owned(),
+            });
+        }
         if readable == 0 {
             return Err(IngestError::Malformed {
-                place: Place::new(&manifest.file, Some(spec.line), Some(format!("response `{}`", spec.quantity.id))),
+                place: place(),
                 expected: "channels that share one clock, or clocks that can be set against each other".to_owned(),
                 found: format!("{names}; run {run}: {why}"),
                 next: "add clocks = \"one\" if one clock stamped them all, [[sync]] for events that both recorded, or lag = \"physical\" if the \
@@ -558,7 +601,8 @@ fn unusual(lags: &[FoundLag]) -> Option<(usize, usize, String)> {
         .iter()
         .any(|(_, of_run, lag)| of_run.meaning == Meaning::Physical && lag.value_s < 0.0 && is_far(lag, 0.0));
     let why = if leads {
-        "No motion precedes its pressure: the clocks are not what the session says of them"
+        "No motion precedes its pressure: the clocks are not what the session says of them, or the pressure is smoothed by its instrument. \
+         What is measured is read only where its window lies in the plateau either way"
     } else {
         "Is a clock off, or was a channel delayed?"
     };

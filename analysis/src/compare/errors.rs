@@ -19,8 +19,11 @@ const SLOPE_SHARE: f64 = 1e-3;
 /// What rounding and the end of a bracketed root leave of a computed value, as a share of it.
 const SOLVER_SHARE: f64 = 8.0 * f64::EPSILON;
 
-/// Samples of the model's inputs, at least and at most, and evaluations of the model in all.
+/// Samples of the model's inputs: never more than the second, and with a slow model no fewer than the first, whatever
+/// [`EVALUATIONS_MAX`] says.
 const SAMPLES: (usize, usize) = (256, 8192);
+
+/// Evaluations of the model in all.
 const EVALUATIONS_MAX: usize = 200_000;
 
 /// Quantiles of the prediction are settled when a doubling moves none by more than this share of its standard uncertainty.
@@ -45,7 +48,7 @@ pub(super) fn errors(
     let zeros = || vec![0.0; response.points.len() * response.quantity.width()];
     let refit = posed.fit.as_ref().map(|_| Refit { study, spec, response, posed });
     let may_pool = refit.as_ref().is_none_or(Refit::is_quick);
-    add_scatter(&mut errors, response, scatters(response, &|target| slopes(response, posed, target)), may_pool);
+    add_scatter(&mut errors, response, scatters(response, &|target| known(slopes(response, posed, target))), may_pool);
     let mut names: Vec<&str> = Vec::new();
     for instrument in &response.instruments {
         if !names.contains(&instrument.source.as_str()) {
@@ -55,12 +58,17 @@ pub(super) fn errors(
     for name in names {
         let mut moved = (zeros(), zeros());
         let mut cause = Cause::State;
+        let mut unknown = 0;
         for instrument in response.instruments.iter().filter(|i| i.source == name) {
             if let Target::Component(_) = instrument.target {
                 cause = Cause::Instrument;
             }
-            add_instrument(&mut moved, response, posed, instrument.target, instrument.std_si);
+            unknown = unknown.max(add_instrument(&mut moved, response, posed, instrument.target, instrument.std_si));
         }
+        let name = match unknown {
+            0 => name.to_owned(),
+            n => format!("{name} (without {n} of {} values, which tell no slope of the prediction)", moved.0.len()),
+        };
         errors.add(Source::new(name, cause), [moved]);
     }
     let values = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<f64> {
@@ -96,10 +104,18 @@ pub(super) fn errors(
         Between::Nothing(_) => {}
     }
     if let Some(refit) = &refit {
-        errors.factors.iter_mut().for_each(|factor| refit.follow(factor));
+        for factor in &mut errors.factors {
+            let source = &mut errors.sources[factor.source].name;
+            if !refit.follow(factor) && !source.ends_with(FIT_FAILED) {
+                *source += FIT_FAILED;
+            }
+        }
     }
     (errors, inputs)
 }
+
+/// Said of a source that could not be followed through a calibration.
+const FIT_FAILED: &str = ", but for the fit, which failed where it was moved";
 
 /// Refits of a calibration beyond which no scatter is pooled: that has a direction for each value.
 const REFITS_MAX: usize = 2000;
@@ -121,8 +137,8 @@ impl Refit<'_> {
     }
 
     /// What a direction does to the predicted values, through the fit too. What it does to the state, by the slope of the
-    /// prediction, is for the fit as if it did the contrary to what was measured.
-    fn follow(&self, factor: &mut Factor) {
+    /// prediction, is for the fit as if it did the contrary to what was measured. Whether the fit could be done again.
+    fn follow(&self, factor: &mut Factor) -> bool {
         let width = self.response.quantity.width();
         let mut moved = self.response.clone();
         for (i, point) in moved.points.iter_mut().enumerate() {
@@ -131,19 +147,20 @@ impl Refit<'_> {
                 value.si += factor.measured[at] - factor.predicted[at];
             }
         }
-        // A fit that fails so near to one that does not leaves the prediction where it is.
-        let Ok(again) = predict(self.study, self.spec, &moved) else { return };
+        // One that fails leaves the prediction where it is, and is told.
+        let Ok(again) = predict(self.study, self.spec, &moved) else { return false };
         for (at, by) in factor.predicted.iter_mut().enumerate() {
             let of = |posed: &Posed| number(&posed.prediction.at[at / width], at % width);
             if let Some((after, before)) = of(&again).zip(of(self.posed)) {
                 *by += after - before;
             }
         }
+        true
     }
 }
 
-/// The inputs of a form with a declared standard uncertainty, by Monte Carlo: the linear part of each is a direction, and so is
-/// what is left.
+/// The inputs of a form with a declared standard uncertainty, by Monte Carlo: the linear part of each is a direction, and what is left is
+/// another, as if it moved all values together.
 fn add_inputs(
     errors: &mut Errors,
     study: &Study,
@@ -221,7 +238,7 @@ pub(crate) fn of_measured(response: &Response) -> Errors {
         response.points.iter().map(|p| p.measured.clone().map_or(Predicted::NotPrinted, Predicted::Value)).collect();
     let slopes = |target| -> Vec<f64> {
         let places = (0..response.points.len()).flat_map(|i| (0..width).map(move |c| (i, c)));
-        places.map(|(i, c)| of_neighbours(response, &measured, i, target, c).unwrap_or(0.0)).collect()
+        known(places.map(|(i, c)| of_neighbours(response, &measured, i, target, c)).collect())
     };
     // What was read at another pressure is another value at this one.
     let scatter = scatters(response, &slopes).into_iter().map(|(measured, by_state)| {
@@ -237,6 +254,11 @@ pub(crate) fn of_measured(response: &Response) -> Errors {
         errors.add(source, [(moved, vec![0.0; response.points.len() * width])]);
     }
     errors
+}
+
+/// Slopes as far as they are known: repeats that read at other pressures are then as far apart as they were read.
+fn known(slopes: Vec<Option<f64>>) -> Vec<f64> {
+    slopes.into_iter().map(|slope| slope.unwrap_or(0.0)).collect()
 }
 
 fn fewest(response: &Response) -> usize {
@@ -339,16 +361,26 @@ fn scatters(response: &Response, slopes: &dyn Fn(Target) -> Vec<f64>) -> Vec<(Ve
     (0..response.repeats.len()).map(of).collect()
 }
 
-/// Adds what an instrument that is off by one standard uncertainty moves.
-fn add_instrument(moved: &mut (Vec<f64>, Vec<f64>), response: &Response, posed: &Posed, target: Target, std: f64) {
+/// Adds what an instrument that is off by one standard uncertainty moves; the values that are predicted and tell no slope, of which nothing
+/// is known.
+fn add_instrument(
+    moved: &mut (Vec<f64>, Vec<f64>),
+    response: &Response,
+    posed: &Posed,
+    target: Target,
+    std: f64,
+) -> usize {
     let width = response.quantity.width();
     match target {
         Target::Component(component) => {
             moved.0.iter_mut().skip(component).step_by(width).for_each(|value| *value += std);
+            0
         }
         Target::Pressure(_) | Target::Condition(_) => {
             let slopes = slopes(response, posed, target);
-            moved.1.iter_mut().zip(slopes).for_each(|(value, slope)| *value += slope * std);
+            let is_predicted = |at: usize| number(&posed.prediction.at[at / width], at % width).is_some();
+            moved.1.iter_mut().zip(&slopes).for_each(|(value, slope)| *value += slope.unwrap_or(0.0) * std);
+            (0..slopes.len()).filter(|&at| slopes[at].is_none() && is_predicted(at)).count()
         }
     }
 }
@@ -361,19 +393,29 @@ fn number(predicted: &Predicted, component: usize) -> Option<f64> {
     .filter(|v| v.is_finite())
 }
 
-/// The slope of the prediction over a pressure or condition, at each point and component: by the form itself, else between its neighbours.
-fn slopes(response: &Response, posed: &Posed, target: Target) -> Vec<f64> {
+/// The slope of the prediction over a pressure or condition, at each point and component: by the form itself, else between its neighbours;
+/// `None` where neither tells it.
+fn slopes(response: &Response, posed: &Posed, target: Target) -> Vec<Option<f64>> {
     let width = response.quantity.width();
-    let full = full_pressures(&response.pressures());
+    let full = match target {
+        Target::Pressure(_) => full_pressures(&response.pressures()),
+        _ => largest_conditions(response),
+    };
     let at = &posed.prediction.at;
     let mut slopes = Vec::with_capacity(response.points.len() * width);
     for (i, point) in response.points.iter().enumerate() {
         for component in 0..width {
             let of_form = posed.between.predictor().ok().and_then(|p| of_predictor(p, point, target, &full, component));
-            slopes.push(of_form.or_else(|| of_neighbours(response, at, i, target, component)).unwrap_or(0.0));
+            slopes.push(of_form.or_else(|| of_neighbours(response, at, i, target, component)));
         }
     }
     slopes
+}
+
+/// The largest size of each condition.
+fn largest_conditions(response: &Response) -> Vec<f64> {
+    let size = |i: usize| response.points.iter().filter_map(move |p| p.conditions.get(i)).map(|c| c.si.abs());
+    (0..response.conditions.len()).map(|i| size(i).fold(0.0, f64::max)).collect()
 }
 
 fn of_predictor(
@@ -395,7 +437,8 @@ fn of_predictor(
     };
     let scale = match target {
         Target::Pressure(chamber) => full.get(chamber).copied().unwrap_or(0.0),
-        Target::Condition(index) => conditions.get(index).copied().unwrap_or(0.0).abs(),
+        // At a condition of zero its step is that of the others.
+        Target::Condition(index) => full.get(index).copied().unwrap_or(0.0),
         Target::Component(_) => 0.0,
     };
     let step = SLOPE_SHARE * scale;

@@ -8,7 +8,7 @@ use super::table::{Head, Origin, Table};
 use super::{Compared, Export};
 use crate::pairing;
 use crate::prediction::Prediction;
-use crate::response::{IntervalKind, Response};
+use crate::response::Response;
 use crate::results::{Point, PointStatus};
 use crate::study::Data;
 
@@ -113,8 +113,7 @@ fn measured(table: &mut Table, response: &Response) {
         let base = component_base(&quantity.id, name, "measured");
         table.numbers(Head::new(&base, &title, Origin::Measured), quantity.unit, points.iter().map(value));
         // Nothing known of an interval is a hole, not a width of zero.
-        let known = |i: usize| points[i].measured.is_some() && response.points[i].interval != IntervalKind::Unknown;
-        let width = |i: usize| if known(i) { points[i].measured_half_width[component] } else { f64::NAN };
+        let width = |i: usize| component_of(points[i].measured_half_width.as_ref(), component);
         let base = component_base(&quantity.id, name, "half-width");
         table.numbers(Head::new(&base, &title, Origin::HalfWidth), quantity.unit, (0..points.len()).map(width));
     }

@@ -50,12 +50,20 @@ pub struct Unsure {
     pub unsure: usize,
     /// How late the motion may be, in s.
     pub late_s: f64,
+    /// How far off its stamps may be, either way, in s.
+    pub either_s: f64,
 }
 
 impl Unsure {
     /// In words.
     pub fn text(&self) -> String {
-        let Self { run, table, plateaus, unsure, late_s, .. } = self;
+        let Self { run, table, plateaus, unsure, late_s, either_s, .. } = self;
+        if *either_s > *late_s {
+            return format!(
+                "run {run}: the stamps of {table} are known to ± {either_s:.3} s on the clock of the pressure; {unsure} of {plateaus} plateaus are \
+                 not read, whose windows are shorter than that on both sides"
+            );
+        }
         format!(
             "run {run}: {table} may be up to {late_s:.3} s late, by its clock or by the specimen; {unsure} of {plateaus} plateaus are not read, \
              whose windows lie in them only if it is one of the two"

@@ -5,7 +5,8 @@
 //! interpolated; a window without a sample is a hole.
 //!
 //! Where a motion is late and nobody knows whether by its clock or by the specimen, what is stamped within the window was there, or is the
-//! answer to the pressure, so much earlier: a plateau is read only if its window, moved back by that, still lies in it.
+//! answer to the pressure, so much earlier: a plateau is read only if its window, moved back by that, still lies in it. Where its stamps
+//! may be off either way, samples that near to an end of the window are not taken.
 
 use pneuval_ingest::manifest::{PointRule, ResponseSpec};
 use pneuval_ingest::session::Stream;
@@ -53,6 +54,8 @@ struct Part<'a> {
     seconds: Option<&'a [f64]>,
     /// How late what it shows may be, in s.
     late_s: f64,
+    /// How far off its stamps may be, either way, in s.
+    either_s: f64,
     channels: Vec<&'a [f64]>,
 }
 
@@ -92,13 +95,14 @@ impl<'a> Needed<'a> {
             let stream = channel.stream;
             let at = indices.iter().position(|known| *known == stream).unwrap_or(parts.len());
             if at == parts.len() {
-                let late_s = match aligned.reach(spec, state, stream) {
-                    Reach::Known => 0.0,
-                    Reach::Late(late_s) => late_s,
+                let (late_s, either_s) = match aligned.reach(spec, state, stream) {
+                    Reach::Known(_) if stream == state => (0.0, 0.0),
+                    Reach::Known(either_s) => (0.0, either_s),
+                    Reach::Late(late_s) => (late_s, 0.0),
                     Reach::Apart => return None,
                 };
                 let seconds = aligned.seconds(stream);
-                parts.push(Part { stream: run.streams.get(stream)?, seconds, late_s, channels: vec![] });
+                parts.push(Part { stream: run.streams.get(stream)?, seconds, late_s, either_s, channels: vec![] });
                 indices.push(stream);
             }
             parts[at].channels.push(&channel.values_si);
@@ -165,7 +169,7 @@ impl<'a> Needed<'a> {
             // A reading that may belong to what was before the plateau is none, of any component.
             let mut is_unsure = false;
             for other in &mut others {
-                is_unsure |= other.is_unsure(from_s, stamp(start));
+                is_unsure |= other.is_unsure(from_s, (stamp(start), stamp(end)));
             }
             if is_unsure {
                 continue;
@@ -225,6 +229,8 @@ struct Windows<'a> {
     empty: usize,
     /// How late its samples may be, in s, and plateaus that are too short for that.
     late_s: f64,
+    /// How far off its stamps may be, either way, in s.
+    either_s: f64,
     too_short: usize,
 }
 
@@ -233,8 +239,9 @@ impl<'a> Windows<'a> {
         let seconds = part.seconds.unwrap_or_default();
         // Without stamps nothing lies in any window.
         let whole = if part.seconds.is_some() { part.whole() } else { vec![] };
-        let late_s = part.late_s;
-        Self { stream: part.stream, seconds, whole, passed: 0, reach_s: None, asked: 0, empty: 0, late_s, too_short: 0 }
+        let (late_s, either_s) = (part.late_s, part.either_s);
+        let stream = part.stream;
+        Self { stream, seconds, whole, passed: 0, reach_s: None, asked: 0, empty: 0, late_s, either_s, too_short: 0 }
     }
 
     /// The first stamp that counts.
@@ -242,10 +249,10 @@ impl<'a> Windows<'a> {
         self.whole.first().map_or(0.0, |&i| self.seconds[i])
     }
 
-    /// The samples stamped from `first_s` to `last_s`. Stamps that count never go back.
+    /// The samples that were taken from `first_s` to `last_s`, however far off their stamps may be. Stamps that count never go back.
     fn rows(&mut self, (first_s, last_s): (f64, f64), census: &mut Census) -> Vec<usize> {
         // One instant, stamped by two devices, is still one.
-        let slack = rounding_s(first_s.abs().max(last_s.abs()));
+        let slack = rounding_s(first_s.abs().max(last_s.abs())) - self.either_s;
         let begin = self.whole.partition_point(|&i| self.seconds[i] < first_s - slack);
         let end = self.whole.partition_point(|&i| self.seconds[i] <= last_s + slack).max(begin);
         // Two windows may share a stamp: its samples are counted once.
@@ -257,9 +264,9 @@ impl<'a> Windows<'a> {
         self.whole[begin..end].to_vec()
     }
 
-    /// Whether what is stamped in a window may belong to what was before its plateau.
-    fn is_unsure(&mut self, from_s: f64, first_s: f64) -> bool {
-        let unsure = first_s - self.late_s < from_s - rounding_s(first_s);
+    /// Whether what is stamped in a window may belong to what was before its plateau, or all of it to what is beyond.
+    fn is_unsure(&mut self, from_s: f64, (first_s, last_s): (f64, f64)) -> bool {
+        let unsure = first_s - self.late_s < from_s - rounding_s(first_s) || last_s - first_s < 2.0 * self.either_s;
         self.too_short += usize::from(unsure);
         unsure
     }
@@ -273,10 +280,10 @@ impl<'a> Windows<'a> {
             plateaus: self.asked + self.too_short,
             unsure: self.too_short,
             late_s: self.late_s,
+            either_s: self.either_s,
         })
     }
 
-    /// Plateaus at which nothing was stamped.
     /// Those of a declared window; none where the stamps end within it, or begin there: half of it is another mean.
     fn whole_rows(&mut self, reach: (f64, f64)) -> Vec<usize> {
         let rows = self.rows(reach, &mut Census::default());
@@ -291,6 +298,7 @@ impl<'a> Windows<'a> {
         vec![]
     }
 
+    /// Plateaus at which nothing was stamped.
     fn unmet(self, run: &str) -> Option<Unmet> {
         let stamp = |i: Option<&usize>| i.map(|&i| self.seconds[i]);
         (self.empty > 0).then(|| Unmet {

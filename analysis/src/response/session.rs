@@ -4,7 +4,7 @@
 //! Points of several runs at equal pressure and conditions on the same branch are repeats of one station.
 //!
 //! With n >= 2 repeats of mean m and standard deviation s the interval of m has the half width that
-//! [`half_width`](crate::uncertainty::coverage::half_width) gives of s²/n and u², u the standard uncertainty of the instrument: 95 %.
+//! [`Variance`](crate::uncertainty::coverage::Variance) gives of s²/n and u², u the standard uncertainty of the instrument: 95 %.
 //! The instrument's error is taken as common to the repeats, so it does not shrink with their number. One repeat has no scatter:
 //! `± 1.96 u`, or nothing at all. Repeats that agree to the last digit on an instrument that declares nothing say nothing of how
 //! sure they are, and have no interval either.

@@ -163,8 +163,8 @@ pub struct Point {
     pub conditions_si: Vec<f64>,
     /// Measured value per component; null where there is none or it is not finite.
     pub measured: Option<Vec<f64>>,
-    /// Half the width of its interval, per component.
-    pub measured_half_width: Vec<f64>,
+    /// Half the width of its interval, per component; null where nothing is known of it.
+    pub measured_half_width: Option<Vec<f64>>,
     /// Predicted value per component; null where there is none.
     pub predicted: Option<Vec<f64>>,
     /// Half the width of its interval, per component; 0 for a computed value.

@@ -62,7 +62,7 @@ impl Group<'_> {
             return vec![];
         }
         let span = |p: &Point| {
-            let (value, half) = (p.measured_scalar()?, *p.measured_half_width.first()?);
+            let (value, half) = (p.measured_scalar()?, *p.measured_half_width.as_ref()?.first()?);
             let x = full * p.pressure_share;
             let ends = (unit.from_si(value - half), unit.from_si(value + half));
             (half > 0.0).then(|| Layer::Bars { spans: vec![(x, ends.0, ends.1)], ink: ink(p) })

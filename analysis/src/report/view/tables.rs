@@ -96,7 +96,12 @@ fn point_table(comparisons: &[&Comparison]) -> Option<PointTable> {
             place: place(first, point),
             conditions: conditions(first, &point.conditions_si),
             measured: point.measured.as_deref().map_or(DASH.to_owned(), |m| {
-                values(m, &point.measured_half_width, first.basis == Basis::PublishedPoint, unit)
+                values(
+                    m,
+                    point.measured_half_width.as_deref().unwrap_or_default(),
+                    first.basis == Basis::PublishedPoint,
+                    unit,
+                )
             }),
             note: match point.status {
                 PointStatus::ZeroReference => "reference, not in the metrics".to_owned(),
@@ -196,6 +201,7 @@ fn values(values_si: &[f64], half_widths: &[f64], printed: bool, unit: Unit) -> 
         let text = format::fixed(value, format::error_decimals(unit));
         if half > 0.0 { format!("{text} ± {}", format::significant(half, 2)) } else { text }
     };
-    let numbers: Vec<String> = values_si.iter().zip(half_widths).map(number).collect();
+    let widths = half_widths.iter().chain(std::iter::repeat(&0.0));
+    let numbers: Vec<String> = values_si.iter().zip(widths).map(number).collect();
     format::with_unit(&numbers.join(", "), unit)
 }
