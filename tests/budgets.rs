@@ -41,9 +41,9 @@ fn bender(runs: &[&[(f64, f64)]], comparison: &str) -> Sitting {
     );
     let mut of_runs = String::new();
     for (i, run) in runs.iter().enumerate() {
-        let rows: String = run.iter().map(|(p, angle)| format!("{p},{angle}\n")).collect();
-        sitting.write(&format!("log{i}.csv"), &format!("p,angle\nkPa,rad\n{rows}"));
-        of_runs += &format!("[[run]]\nfile = \"log{i}.csv\"\n");
+        let rows: Vec<String> = run.iter().map(|(p, angle)| format!("{p},{angle}\n")).collect();
+        sitting.write(&format!("log{i}.csv"), &format!("p,angle\nkPa,rad\n{}", rows.concat()));
+        of_runs.extend(["[[run]]\nfile = \"log", &i.to_string(), ".csv\"\n"]);
     }
     sitting.write(
         "session.toml",
