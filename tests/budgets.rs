@@ -166,6 +166,23 @@ fn a_shared_calibration_moves_two_components_together() {
     assert!((upper("") - apart).abs() < 1e-9, "{}", upper(""));
 }
 
+#[test]
+fn what_only_a_common_offset_could_move_has_no_interval() {
+    // Up and down once: the goniometer's offset moves every value and no area.
+    let way = [(0.0, 0.0), (10.0, 0.1), (20.0, 0.2), (30.0, 0.3), (20.0, 0.22), (10.0, 0.12), (0.0, 0.01)];
+    let sitting = bender(&[&way], "");
+    sitting.change("actuator.toml", "std = 0.0005, ", "");
+    sitting.change("rig.toml", "std = 0.2\n", "");
+    bound(&sitting, "residual_at_zero", 0.5);
+    let said = sitting.validate();
+    let results = sitting.results();
+    let area = metric(&results, "loop_area");
+    assert!(area["value"].is_f64() && area["lower"].is_null() && area["method"].is_null(), "{area}");
+    assert!(metric(&results, "bias")["lower"].is_f64());
+    // Its sentence counts the points at zero.
+    assert!(said.out.contains("from one repeat at 2 of 2 points"), "{}", said.out);
+}
+
 /// `n` repeats that stray evenly about 0.02 rad above the model, by a standard deviation of `std`, each alike at both pressures.
 fn straying(n: u32, std: f64) -> Sitting {
     let middle = 0.5 * f64::from(n - 1);

@@ -156,6 +156,66 @@ fn a_window_is_read_only_where_the_clock_is_known_well_enough_to_say_what_lies_i
 }
 
 #[test]
+fn one_event_leaves_open_what_a_clock_gains_and_events_that_fail_are_told_whichever_log_is_the_reference() {
+    let own = rehearsed(&["internal-support", "--clocks", "own"]);
+    let (_, both_ends) = validate(own.path());
+    let used = |results: &Value| session(results)["responses"][0]["used"].as_u64().unwrap();
+    // The line rises once and stays there.
+    for (run, log, column) in (1..=3).flat_map(|run| [(run, "rig", "trigger"), (run, "camera", "led")]) {
+        let path = own.path().join(format!("lab/run-{run}-{log}.csv"));
+        let text = fs::read_to_string(&path).unwrap();
+        let mut at = None;
+        let mut is_up = false;
+        let mut line = |line: &str| {
+            let mut cells: Vec<&str> = line.split(',').collect();
+            at = at.or_else(|| cells.iter().position(|cell| *cell == column));
+            if let Some(cell) = at.and_then(|at| cells.get_mut(at)) {
+                is_up |= cell.parse::<f64>().is_ok_and(|v| v > 0.5);
+                *cell = if is_up { "1" } else { *cell };
+            }
+            cells.join(",") + "\n"
+        };
+        fs::write(path, text.lines().map(&mut line).collect::<String>()).unwrap();
+    }
+    let (_, one) = validate(own.path());
+    assert_eq!(findings(&one, "drift-unknown").len(), 3, "{}", session(&one)["alignments"]);
+    // Up to 1 % of the time since the event is taken off.
+    assert!(used(&one) < used(&both_ends) && !measured(&one).is_empty(), "{} {}", used(&one), used(&both_ends));
+    // The camera's log as the reference, and an LED that never lit: the events are not there, whichever way round.
+    let swapped = rehearsed(&["internal-support", "--clocks", "own"]);
+    let path = swapped.path().join("lab/session.toml");
+    let mut text = fs::read_to_string(&path)
+        .unwrap()
+        .replace("id = \"camera\"\nreader", "id = \"rig\"\nreader")
+        .replace("device = \"camera\"\n", "");
+    for channel in ["pressure_set", "pressure", "trigger"] {
+        text = text
+            .replace(&format!("id = \"{channel}\"\ncolumn"), &format!("id = \"{channel}\"\ndevice = \"rig\"\ncolumn"));
+    }
+    for run in 1..=3 {
+        let rig = format!("file = \"run-{run}-rig.csv\"\nfiles = {{ \"camera\" = \"run-{run}-camera.csv\" }}");
+        assert!(text.contains(&rig), "{text}");
+        text =
+            text.replace(&rig, &format!("file = \"run-{run}-camera.csv\"\nfiles = {{ rig = \"run-{run}-rig.csv\" }}"));
+    }
+    fs::write(&path, text).unwrap();
+    let (said, _) = validate(swapped.path());
+    assert_eq!(said.code, 0, "{}", said.err);
+    for run in 1..=3 {
+        let path = swapped.path().join(format!("lab/run-{run}-camera.csv"));
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(path, text.replace(",1.0\n", ",0.0\n").replace(",1\n", ",0\n")).unwrap();
+    }
+    let (said, _) = validate(swapped.path());
+    assert!(said.code == 4 && said.err.contains("`led`: it never changes"), "{}: {}", said.code, said.err);
+    // Declared to agree, they are read all the same, and the events that failed are told.
+    change(swapped.path(), "schema = 1\n", "schema = 1\nlag = \"physical\"\n");
+    let (_, results) = validate(swapped.path());
+    let told = findings(&results, "sync-mismatch");
+    assert!(told.len() == 3 && told[0]["text"].as_str().unwrap().contains("do not set it"), "{told:?}");
+}
+
+#[test]
 fn a_motion_before_its_pressure_is_told_although_the_clocks_are_declared_to_agree() {
     let own = rehearsed(&["wave-finger", "--sitting", "bending-angle", "--clocks", "own"]);
     without_events(own.path());

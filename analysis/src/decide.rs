@@ -50,7 +50,7 @@ pub fn what_would_decide(comparison: &Comparison, metric: Metric, width: f64, ha
     } else {
         let times = (2..=200).map(|i| f64::from(i) / 2.0).find(|times| is_enough(repeats, *times));
         if let Some(times) = times {
-            return Some(format!("{said}: known {times} times as well, it could decide"));
+            return Some(format!("{said}: known at least {times} times as well, it could decide"));
         }
     }
     let others = record.shares.iter().copied().enumerate().filter(|(i, _)| *i != top);

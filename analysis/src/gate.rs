@@ -174,14 +174,17 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
         let known = record.map(MetricRecord::measure);
         let Some(Measure::Known(interval)) = known else { return general.to_owned() };
         let Interval { value, lower, upper } = interval;
-        // Towards the bound; of a size seen from either side of zero.
-        let is_outward = (value.abs() < bound.max) == (value >= 0.0);
+        // The wider side: the other may end at zero.
         let width = match why {
-            Why::Straddles if is_outward => upper - value,
-            Why::Straddles => value - lower,
+            Why::Straddles => (upper - value).max(value - lower),
             _ => interval.abs().half_width(),
         };
         what_would_decide(comparison, bound.metric, width, half).unwrap_or_else(|| general.to_owned())
+    };
+    // The points that the metric lives on.
+    let on = match bound.metric {
+        Metric::ResidualAtZero => PointStatus::ZeroReference,
+        _ => PointStatus::Used,
     };
     let distance = record.and_then(|r| r.value).map_or(0.0, |value| (value.abs() - bound.max).abs());
     match why {
@@ -199,18 +202,17 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
         ),
         Why::SingleRepeat => format!(
             "{name} is {value}, from one repeat at {}, which has no scatter to judge by{}; a second repeat at equal pressure, or allow_single_repeat in the bound, could decide it",
-            of_points(comparison, |p| p.repeats < 2),
-            other_way(comparison)
+            of_points(comparison, on, |p| p.repeats < 2),
+            other_way(comparison, on)
         ),
         Why::NoInterval => {
             let is_unknown = |p: &Point| p.measured_half_width.is_none();
-            let agree =
-                comparison.points.iter().any(|p| p.status == PointStatus::Used && is_unknown(p) && p.repeats > 1);
+            let agree = comparison.points.iter().any(|p| p.status == on && is_unknown(p) && p.repeats > 1);
             format!(
                 "{name} is {value}, from {} at {}, of an instrument that declares no uncertainty{}; `std` or `resolution` in rig.toml, and more repeats or allow_single_repeat in the bound, could decide it",
                 if agree { "one repeat, or repeats that agree to the last digit," } else { "one repeat" },
-                of_points(comparison, is_unknown),
-                other_way(comparison)
+                of_points(comparison, on, is_unknown),
+                other_way(comparison, on)
             )
         }
         Why::Within if bound.expect == Expect::Exceed => {
@@ -246,10 +248,10 @@ fn sentence(comparison: &Comparison, bound: &Bound, why: Why) -> String {
     }
 }
 
-/// How many of the points that are used are such.
-fn of_points(comparison: &Comparison, is_such: impl Fn(&Point) -> bool) -> String {
-    let such = comparison.points.iter().filter(|p| p.status == PointStatus::Used && is_such(p)).count();
-    format!("{such} of {} points", comparison.n_used)
+/// How many of the points with a status are such.
+fn of_points(comparison: &Comparison, status: PointStatus, is_such: impl Fn(&Point) -> bool) -> String {
+    let all = || comparison.points.iter().filter(|p| p.status == status);
+    format!("{} of {} points", all().filter(|p| is_such(p)).count(), all().count())
 }
 
 /// Whether what is declared to be uncertain moves no residual: an alignment or a fit took it out.
@@ -259,8 +261,8 @@ fn nothing_moves(comparison: &Comparison) -> bool {
 }
 
 /// What is no repeat because another run went there the other way, in words; nothing where there is none.
-fn other_way(comparison: &Comparison) -> String {
-    let alone = || comparison.points.iter().filter(|p| p.status == PointStatus::Used && p.repeats == 1);
+fn other_way(comparison: &Comparison, status: PointStatus) -> String {
+    let alone = || comparison.points.iter().filter(|p| p.status == status && p.repeats == 1);
     let is_met = |p: &&Point| {
         let near = |a: f64, b: f64| (a - b).abs() <= SAME_PRESSURE_SHARE * b.abs();
         let equal = |q: &Point| p.pressures_gauge_pa.iter().zip(&q.pressures_gauge_pa).all(|(a, b)| near(*a, *b));

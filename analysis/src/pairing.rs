@@ -114,6 +114,14 @@ impl Knowledge {
     }
 }
 
+/// What is known of the points that metrics live on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Grounds {
+    used: Knowledge,
+    at_zero: Knowledge,
+    of_loop: Knowledge,
+}
+
 /// The metrics of a comparison, and what moves them.
 pub struct Measured {
     /// Every metric.
@@ -134,7 +142,7 @@ pub fn measure_published(points: &[Point]) -> Vec<MetricRecord> {
         shares: vec![],
         method: None,
     };
-    split.records(points, &known, Knowledge::default(), Knowledge::default())
+    split.records(points, &known, Grounds::default())
 }
 
 /// Every metric over the points of a session. Without intervals (a single repeat of an instrument that declares nothing) a metric has a
@@ -169,8 +177,10 @@ pub fn measure_session(points: &[Point], response: &Response, errors: &Errors) -
     if !moves(&sample) {
         used = Knowledge { single_repeat: true, unknown: true };
     }
+    // A loop that only a common offset could move is as sure as nothing says.
+    let of_loop = if sample.loop_moves() { used } else { Knowledge { single_repeat: true, unknown: true } };
     let known = |metric| sample.metric(metric);
-    let metrics = split.records(points, &known, used, at_zero);
+    let metrics = split.records(points, &known, Grounds { used, at_zero, of_loop });
     let is_known = !split.used.is_empty() && !used.unknown;
     let validation = is_known.then(|| validation(&split.used, &sample.errors)).flatten();
     Measured { metrics, budget: budget(&sample.errors), validation }
@@ -286,13 +296,7 @@ impl Split {
         Self { used: pairs(&used_at), used_at, at_zero: pairs(&at_zero_at), at_zero_at }
     }
 
-    fn records(
-        &self,
-        points: &[Point],
-        known: &dyn Fn(Metric) -> Known,
-        used: Knowledge,
-        at_zero_known: Knowledge,
-    ) -> Vec<MetricRecord> {
+    fn records(&self, points: &[Point], known: &dyn Fn(Metric) -> Known, all: Grounds) -> Vec<MetricRecord> {
         let count = |status| points.iter().filter(|p| p.status == status).count();
         let (without_prediction, not_printed) =
             (count(PointStatus::NoPrediction), count(PointStatus::PredictionNotPrinted));
@@ -306,7 +310,11 @@ impl Split {
             None
         };
         let record = |metric| {
-            let grounds = if metric == Metric::ResidualAtZero { at_zero_known } else { used };
+            let grounds = match metric {
+                Metric::ResidualAtZero => all.at_zero,
+                Metric::LoopArea | Metric::LoopAreaShare => all.of_loop,
+                _ => all.used,
+            };
             let Known { measure, uncorrected, shares, method } = known(metric);
             let measure = match measure {
                 Measure::Known(interval) if grounds.unknown => Measure::Shown(uncorrected.unwrap_or(interval.value)),

@@ -46,6 +46,9 @@ const DRIFT_USUAL: f64 = 1e-3;
 const UNUSUAL_STDS: f64 = 3.0;
 const UNUSUAL_STEPS: f64 = 0.1;
 
+/// Where a motion leads, windows are cut by so many times the lead.
+const LEAD_TIMES: f64 = 2.0;
+
 /// Standard uncertainties by which a lag may be longer than it was found.
 const LAG_STDS: f64 = 2.0;
 
@@ -69,8 +72,8 @@ pub struct AlignedRun<'a> {
     epochs: Vec<Option<Epoch>>,
     /// Per stream: those of one group may be set against each other.
     groups: Vec<usize>,
-    /// Per stream: how far from that time its stamps may lie, either way, in s.
-    either_s: Vec<f64>,
+    /// Per stream: how far from that time its stamps may lie.
+    slack: Vec<ClockSlack>,
     /// Clocks that events say something of.
     pub clocks: Vec<StreamClock>,
     /// Lags of motions behind pressures.
@@ -134,12 +137,40 @@ impl Meaning {
 /// How a motion may be read against a pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reach {
-    /// Both stand on one time, up to so much either way, in s.
-    Known(f64),
+    /// Both stand on one time, up to so much either way.
+    Known(Slack),
     /// The motion is up to so much late, in s, by its clock or by the specimen.
     Late(f64),
     /// Not at all.
     Apart,
+}
+
+/// How far two streams that stand on one time may still be off, either way.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Slack {
+    /// At an instant of their time, in s, by each of the two clocks.
+    clocks: [ClockSlack; 2],
+    /// Because the motion comes before its pressure, in s.
+    pub leads_s: f64,
+}
+
+/// How far a clock may be off.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct ClockSlack {
+    /// Where it is known, in s.
+    middle_s: f64,
+    /// There, in s.
+    half_s: f64,
+    /// More in every second from there.
+    per_s: f64,
+}
+
+impl Slack {
+    /// In s, at an instant of the reference.
+    pub fn at(&self, seconds: f64) -> f64 {
+        let of = |clock: &ClockSlack| clock.half_s + clock.per_s * (seconds - clock.middle_s).abs();
+        of(&self.clocks[0]).hypot(of(&self.clocks[1])).max(self.leads_s)
+    }
 }
 
 impl<'a> AlignedRun<'a> {
@@ -158,11 +189,13 @@ impl<'a> AlignedRun<'a> {
         let of_it = |lag: &&RunLag| lag.quantity == spec.quantity.id && lag.stream == stream;
         let lag = self.lags.iter().find(of_it);
         if self.groups.get(state) == self.groups.get(stream) {
-            // A motion before its pressure: one of the two stamps is not what it is said to be, by that much.
+            // A motion before its pressure: one of the two stamps is not what it is said to be, by that much, and where a clock drifts by twice
+            // as much at an end.
             let leads = lag.filter(|lag| lag.meaning == Meaning::Physical).and_then(|lag| lag.found.as_ref().ok());
-            let leads_s = leads.filter(|lag| lag.leads()).map_or(0.0, |lag| LAG_STDS * lag.std_s - lag.value_s);
-            let either_s = |stream: usize| self.either_s.get(stream).copied().unwrap_or(0.0);
-            return Reach::Known(either_s(state).hypot(either_s(stream)).max(leads_s));
+            let leads = leads.filter(|lag| lag.leads_clearly());
+            let leads_s = leads.map_or(0.0, |lag| LEAD_TIMES * (LAG_STDS * lag.std_s - lag.value_s));
+            let clock = |stream: usize| self.slack.get(stream).copied().unwrap_or_default();
+            return Reach::Known(Slack { clocks: [clock(state), clock(stream)], leads_s });
         }
         match lag.map(|lag| &lag.found) {
             // What leads is no specimen's doing.
@@ -189,8 +222,8 @@ impl<'a> AlignedRun<'a> {
             epochs.push(if since.is_some() { base } else { stream.epoch });
         }
         let groups = (0..run.streams.len()).map(|i| if is_one { 0 } else { i }).collect();
-        let either_s = vec![0.0; run.streams.len()];
-        Self { run, seconds, epochs, groups, either_s, clocks: vec![], lags: vec![] }
+        let slack = vec![ClockSlack::default(); run.streams.len()];
+        Self { run, seconds, epochs, groups, slack, clocks: vec![], lags: vec![] }
     }
 
     fn signal(&self, id: &str) -> Option<(usize, Signal<'_>)> {
@@ -226,7 +259,12 @@ impl<'a> AlignedRun<'a> {
             if let Ok(fit) = &fit {
                 // A straight line is farthest off at an end.
                 let ends = self.seconds(stream).and_then(ends).into_iter().flat_map(|(first, last)| [first, last]);
-                self.either_s[stream] = ends.map(|stamp| fit.offset_at(stamp).half_width).fold(0.0, f64::max);
+                self.slack[stream] = ClockSlack {
+                    middle_s: fit.on_reference(fit.middle_s),
+                    half_s: ends.map(|stamp| fit.offset_at(stamp).half_width).fold(0.0, f64::max),
+                    // One event says nothing of what the clock gains: no more than any clock does.
+                    per_s: if fit.drift.is_some() { 0.0 } else { DRIFT_MAX },
+                };
                 if let Some(Some(seconds)) = self.seconds.get_mut(stream) {
                     seconds.to_mut().iter_mut().for_each(|t| *t = fit.on_reference(*t));
                 }
@@ -258,8 +296,8 @@ impl<'a> AlignedRun<'a> {
                 continue;
             }
             seen.push(stream);
-            // Events were declared and give no clock: what a lag says instead nobody asked for.
-            let is_refused = self.clocks.iter().any(|clock| clock.stream == stream && clock.fit.is_err());
+            // Events were declared and give no clock, on either side: what a lag says instead nobody asked for.
+            let is_refused = others.iter().any(|(_, (state, _))| self.refused(stream, *state).is_some());
             if is_refused && declared == LagMeaning::Unsaid {
                 continue;
             }
@@ -298,7 +336,7 @@ impl<'a> AlignedRun<'a> {
                         seconds.to_mut().iter_mut().for_each(|t| *t -= by);
                     }
                     self.join(stream, state);
-                    self.either_s[stream] = LAG_STDS * found.std_s;
+                    self.slack[stream] = ClockSlack { half_s: LAG_STDS * found.std_s, ..ClockSlack::default() };
                 }
                 // Declared: the clocks agree, whatever is found.
                 (_, Meaning::Physical) => self.join(stream, state),
@@ -306,6 +344,12 @@ impl<'a> AlignedRun<'a> {
             }
             self.lags.push(lag);
         }
+    }
+
+    /// Why events give no clock to one of two streams that they should set on each other.
+    fn refused(&self, stream: usize, state: usize) -> Option<&String> {
+        let is_of = |clock: &&StreamClock| clock.stream == stream || clock.stream == state;
+        self.clocks.iter().filter(is_of).find_map(|clock| clock.fit.as_ref().err())
     }
 
     /// How sure the clock of a stream is in the middle of its stamps, in s; of the reference, or without events, there is nothing to say.
@@ -333,6 +377,11 @@ impl Lag {
     /// Whether the motion comes before the pressure, beyond what the lag leaves open.
     pub fn leads(&self) -> bool {
         self.value_s + LAG_STDS * self.std_s < 0.0
+    }
+
+    /// Whether it does so beyond doubt: then it is told, and heeded.
+    fn leads_clearly(&self) -> bool {
+        self.value_s + UNUSUAL_STDS * self.std_s + UNUSUAL_STEPS * self.step_s < 0.0
     }
 
     /// `0.350 s ± 0.002 s`, with twice the standard uncertainty.
@@ -408,9 +457,16 @@ impl<'a> Alignment<'a> {
     fn tell_clocks(&mut self, manifest: &SessionManifest, aligned: &AlignedRun) {
         let run = aligned.run;
         for clock in &aligned.clocks {
-            let Ok(fit) = &clock.fit else { continue };
             let (stream, reference) = (&run.streams[clock.stream], &run.streams[clock.reference]);
             let here = format!("run {}: the clock of {} on that of {}", run.id, stream.title(), reference.title());
+            let fit = match &clock.fit {
+                Ok(fit) => fit,
+                Err(why) => {
+                    let text = format!("{here}: the declared events do not set it: {why}");
+                    self.tell(FindingKind::SyncMismatch, Severity::Note, file_of(manifest, run, stream), 1, text);
+                    continue;
+                }
+            };
             if fit.drift.is_none() {
                 let text = format!(
                     "{here}: one event, at {:.3} s; the offset is known there, and what the clock gains is not: record an event at both ends",
@@ -420,9 +476,10 @@ impl<'a> Alignment<'a> {
             }
             if let Some(drift) = fit.drift.filter(|drift| drift.value.abs() - drift.half_width > DRIFT_USUAL) {
                 let text = format!(
-                    "{here}: it gains {:.0} ppm (± {:.0} ppm), where a quartz clock gains some 10 to 100. Are its stamps in the unit they are \
+                    "{here}: it {} {:.0} ppm (± {:.0} ppm), where a quartz clock is off by some 10 to 100. Are its stamps in the unit they are \
                      declared in, and are these recordings of the same events?",
-                    -1e6 * drift.value,
+                    if drift.value < 0.0 { "gains" } else { "loses" },
+                    1e6 * drift.value.abs(),
                     1e6 * drift.half_width
                 );
                 self.tell(FindingKind::SyncMismatch, Severity::Note, file_of(manifest, run, stream), fit.events, text);
@@ -443,6 +500,8 @@ impl<'a> Alignment<'a> {
     /// A response can be read in one run at least; runs in which it cannot are lost, and told.
     fn check(&mut self, manifest: &SessionManifest, spec: &ResponseSpec) -> Result<(), IngestError> {
         let mut apart: Vec<(String, String, String, String)> = Vec::new();
+        // Declared events that are not in the logs keep it from being read in every run.
+        let mut is_refused = true;
         let mut readable = 0;
         for aligned in &self.runs {
             let run = aligned.run;
@@ -453,7 +512,7 @@ impl<'a> Alignment<'a> {
             let why = spec.measured.iter().find_map(|id| {
                 let stream = run.channels.get(id)?.stream;
                 let is_apart = aligned.reach(spec, state, stream) == Reach::Apart;
-                (is_apart && stream != state).then(|| (id, stream, aligned.why_apart(spec, stream)))
+                (is_apart && stream != state).then(|| (id, stream, aligned.why_apart(spec, stream, state)))
             });
             match why {
                 // A total lag below zero is found, told, and read at no point.
@@ -462,13 +521,14 @@ impl<'a> Alignment<'a> {
                     let pressure = spec.pressure.first().map_or("", |(id, _)| id);
                     let of = |stream: usize| run.streams[stream].title();
                     let names = format!("`{pressure}` from {}, `{id}` from {}", of(state), of(stream));
+                    is_refused &= aligned.refused(stream, state).is_some();
                     apart.push((run.id.clone(), names, why, file_of(manifest, run, &run.streams[stream])));
                 }
             }
         }
         let Some((run, names, why, _)) = apart.first() else { return Ok(()) };
         let place = || Place::new(&manifest.file, Some(spec.line), Some(format!("response `{}`", spec.quantity.id)));
-        if readable == 0 && self.runs.iter().any(|aligned| aligned.clocks.iter().any(|clock| clock.fit.is_err())) {
+        if readable == 0 && is_refused {
             // What was declared is not what was recorded.
             return Err(IngestError::Unusable {
                 place: place(),
@@ -565,10 +625,9 @@ impl<'a> Alignment<'a> {
 
 impl AlignedRun<'_> {
     /// Why a motion cannot be read against its pressure; `None` where a lag is known.
-    fn why_apart(&self, spec: &ResponseSpec, stream: usize) -> Option<String> {
+    fn why_apart(&self, spec: &ResponseSpec, stream: usize, state: usize) -> Option<String> {
         let of_it = |lag: &&RunLag| lag.quantity == spec.quantity.id && lag.stream == stream;
-        let refused =
-            self.clocks.iter().find(|clock| clock.stream == stream).and_then(|clock| clock.fit.as_ref().err());
+        let refused = self.refused(stream, state);
         match self.lags.iter().find(of_it).map(|lag| &lag.found) {
             Some(Ok(_)) if refused.is_none() => None,
             Some(Err(why)) => Some(refused.map_or_else(|| why.clone(), |refused| format!("{refused}; {why}"))),
@@ -586,9 +645,8 @@ fn unusual(lags: &[FoundLag]) -> Option<(usize, usize, String)> {
     let is_far = |lag: &Lag, from: f64| {
         (lag.value_s - from).abs() > UNUSUAL_STDS * lag.std_s.hypot(of_others) + UNUSUAL_STEPS * lag.step_s
     };
-    let is_odd = |(_, of_run, lag): &FoundLag| {
-        is_far(lag, middle) || (of_run.meaning == Meaning::Physical && lag.value_s < 0.0 && is_far(lag, 0.0))
-    };
+    let leads = |(_, of_run, lag): &FoundLag| of_run.meaning == Meaning::Physical && lag.leads_clearly();
+    let is_odd = |found: &FoundLag| is_far(&found.2, middle) || leads(found);
     let odd: Vec<usize> = (0..lags.len()).filter(|&i| is_odd(&lags[i])).collect();
     let each: Vec<String> = odd.iter().map(|&i| format!("{} in run {}", lags[i].2.text(), lags[i].0.run.id)).collect();
     let first = *odd.first()?;
@@ -597,10 +655,7 @@ fn unusual(lags: &[FoundLag]) -> Option<(usize, usize, String)> {
     } else {
         String::new()
     };
-    let leads = lags
-        .iter()
-        .any(|(_, of_run, lag)| of_run.meaning == Meaning::Physical && lag.value_s < 0.0 && is_far(lag, 0.0));
-    let why = if leads {
+    let why = if lags.iter().any(leads) {
         "No motion precedes its pressure: the clocks are not what the session says of them, or the pressure is smoothed by its instrument. \
          What is measured is read only where its window lies in the plateau either way"
     } else {

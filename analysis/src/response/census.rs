@@ -52,16 +52,22 @@ pub struct Unsure {
     pub late_s: f64,
     /// How far off its stamps may be, either way, in s.
     pub either_s: f64,
+    /// Because the motion comes before its pressure, not because a clock is uncertain.
+    pub leads: bool,
 }
 
 impl Unsure {
     /// In words.
     pub fn text(&self) -> String {
-        let Self { run, table, plateaus, unsure, late_s, either_s, .. } = self;
+        let Self { run, table, plateaus, unsure, late_s, either_s, leads, .. } = self;
         if *either_s > *late_s {
+            let why = if *leads {
+                format!("what {table} shows comes before its pressure, and may be off by {either_s:.3} s")
+            } else {
+                format!("the stamps of {table} are known to ± {either_s:.3} s on the clock of the pressure")
+            };
             return format!(
-                "run {run}: the stamps of {table} are known to ± {either_s:.3} s on the clock of the pressure; {unsure} of {plateaus} plateaus are \
-                 not read, whose windows are shorter than that on both sides"
+                "run {run}: {why}; {unsure} of {plateaus} plateaus are not read, of whose windows nothing is left when that is taken off both ends"
             );
         }
         format!(

@@ -13,7 +13,7 @@ use pneuval_ingest::session::Stream;
 
 use super::census::{Census, TableCensus, Unmet, Unsure};
 use super::plateaus::{GAP_STEPS, Plateau, plateaus, rounding_s};
-use crate::align::{AlignedRun, Reach};
+use crate::align::{AlignedRun, Reach, Slack};
 
 /// Fewer samples of a window say nothing of how it moves.
 const CREEP_SAMPLES_MIN: usize = 8;
@@ -54,8 +54,8 @@ struct Part<'a> {
     seconds: Option<&'a [f64]>,
     /// How late what it shows may be, in s.
     late_s: f64,
-    /// How far off its stamps may be, either way, in s.
-    either_s: f64,
+    /// How far off its stamps may be, either way.
+    slack: Slack,
     channels: Vec<&'a [f64]>,
 }
 
@@ -95,14 +95,14 @@ impl<'a> Needed<'a> {
             let stream = channel.stream;
             let at = indices.iter().position(|known| *known == stream).unwrap_or(parts.len());
             if at == parts.len() {
-                let (late_s, either_s) = match aligned.reach(spec, state, stream) {
-                    Reach::Known(_) if stream == state => (0.0, 0.0),
-                    Reach::Known(either_s) => (0.0, either_s),
-                    Reach::Late(late_s) => (late_s, 0.0),
+                let (late_s, slack) = match aligned.reach(spec, state, stream) {
+                    Reach::Known(_) if stream == state => (0.0, Slack::default()),
+                    Reach::Known(slack) => (0.0, slack),
+                    Reach::Late(late_s) => (late_s, Slack::default()),
                     Reach::Apart => return None,
                 };
                 let seconds = aligned.seconds(stream);
-                parts.push(Part { stream: run.streams.get(stream)?, seconds, late_s, either_s, channels: vec![] });
+                parts.push(Part { stream: run.streams.get(stream)?, seconds, late_s, slack, channels: vec![] });
                 indices.push(stream);
             }
             parts[at].channels.push(&channel.values_si);
@@ -229,7 +229,8 @@ struct Windows<'a> {
     empty: usize,
     /// How late its samples may be, in s, and plateaus that are too short for that.
     late_s: f64,
-    /// How far off its stamps may be, either way, in s.
+    /// How far off its stamps may be, either way, and the most of it that kept a window from being read, in s.
+    slack: Slack,
     either_s: f64,
     too_short: usize,
 }
@@ -239,9 +240,9 @@ impl<'a> Windows<'a> {
         let seconds = part.seconds.unwrap_or_default();
         // Without stamps nothing lies in any window.
         let whole = if part.seconds.is_some() { part.whole() } else { vec![] };
-        let (late_s, either_s) = (part.late_s, part.either_s);
-        let stream = part.stream;
-        Self { stream, seconds, whole, passed: 0, reach_s: None, asked: 0, empty: 0, late_s, either_s, too_short: 0 }
+        let &Part { stream, late_s, slack, .. } = part;
+        let (asked, empty, too_short) = (0, 0, 0);
+        Self { stream, seconds, whole, passed: 0, reach_s: None, asked, empty, late_s, slack, either_s: 0.0, too_short }
     }
 
     /// The first stamp that counts.
@@ -252,7 +253,8 @@ impl<'a> Windows<'a> {
     /// The samples that were taken from `first_s` to `last_s`, however far off their stamps may be. Stamps that count never go back.
     fn rows(&mut self, (first_s, last_s): (f64, f64), census: &mut Census) -> Vec<usize> {
         // One instant, stamped by two devices, is still one.
-        let slack = rounding_s(first_s.abs().max(last_s.abs())) - self.either_s;
+        let either_s = self.slack.at(f64::midpoint(first_s, last_s));
+        let slack = rounding_s(first_s.abs().max(last_s.abs())) - either_s;
         let begin = self.whole.partition_point(|&i| self.seconds[i] < first_s - slack);
         let end = self.whole.partition_point(|&i| self.seconds[i] <= last_s + slack).max(begin);
         // Two windows may share a stamp: its samples are counted once.
@@ -266,7 +268,20 @@ impl<'a> Windows<'a> {
 
     /// Whether what is stamped in a window may belong to what was before its plateau, or all of it to what is beyond.
     fn is_unsure(&mut self, from_s: f64, (first_s, last_s): (f64, f64)) -> bool {
-        let unsure = first_s - self.late_s < from_s - rounding_s(first_s) || last_s - first_s < 2.0 * self.either_s;
+        let either_s = self.slack.at(f64::midpoint(first_s, last_s));
+        let slack = rounding_s(first_s.abs().max(last_s.abs()));
+        let count = |from_s: f64, to_s: f64| {
+            let begin = self.whole.partition_point(|&i| self.seconds[i] < from_s - slack);
+            self.whole.partition_point(|&i| self.seconds[i] <= to_s + slack).saturating_sub(begin)
+        };
+        // Samples lie in it, and none of them surely.
+        let nothing_left = either_s > 0.0
+            && (last_s - first_s < 2.0 * either_s
+                || (count(first_s, last_s) > 0 && count(first_s + either_s, last_s - either_s) == 0));
+        let unsure = first_s - self.late_s < from_s - rounding_s(first_s) || nothing_left;
+        if nothing_left {
+            self.either_s = self.either_s.max(either_s);
+        }
         self.too_short += usize::from(unsure);
         unsure
     }
@@ -281,6 +296,7 @@ impl<'a> Windows<'a> {
             unsure: self.too_short,
             late_s: self.late_s,
             either_s: self.either_s,
+            leads: self.slack.leads_s >= self.either_s && self.either_s > 0.0,
         })
     }
 

@@ -55,6 +55,9 @@ const RESAMPLES: usize = 10_000;
 /// Repeats × values × resamples at most: beyond it the parametric interval stays.
 const BCA_WORK_MAX: usize = 300_000_000;
 
+/// Parts of a sum that cancel leave so much of each, at most.
+const LOOP_ROUNDING: f64 = 1e-9;
+
 impl Known {
     fn of(measure: Measure) -> Self {
         Self { measure, uncorrected: None, shares: vec![], method: None }
@@ -118,6 +121,17 @@ impl Sample<'_> {
         let upper = interval.value + (found.upper - found.value).max(0.0).hypot(other(interval.upper));
         let measure = finite(Interval { value: interval.value, lower, upper });
         Some(Known { measure, method: Some(Method::Bca), ..known.clone() })
+    }
+
+    /// Whether anything moves the area of the loop beyond what rounding does; so it is where there is none.
+    pub fn loop_moves(&self) -> bool {
+        let Ok(area) = &self.loop_area else { return true };
+        let moves = |f: &Factor| {
+            let by = |i: usize| f.predicted[i] - f.measured[i];
+            let parts: f64 = area.weights.iter().map(|(i, weight)| (weight * by(*i)).abs()).sum();
+            area.of(by).abs() > LOOP_ROUNDING * parts
+        };
+        self.errors_of_loop.factors.iter().any(moves)
     }
 
     fn parametric(&self, metric: Metric) -> Known {
