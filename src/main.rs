@@ -8,6 +8,7 @@ mod ingest;
 mod init;
 mod inspect;
 mod materials;
+mod measure;
 mod models;
 mod output;
 mod predict;
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
         Command::Init(arguments) => init::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Ingest(arguments) => ingest::run(&arguments),
+        Command::Measure(arguments) => measure::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Gate(arguments) => gate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),

@@ -10,6 +10,7 @@
 //! | [`table`] | CSV tables with a name row and a unit row |
 //! | [`raw`] | a raw file, read from front to back |
 //! | [`formats`] | raw logs as instruments write them |
+//! | [`camera`] | lengths, angles and areas from pictures |
 //! | [`recording`] | what a raw file holds: tables of columns |
 //! | [`watch`] | what can be said of a column without keeping it |
 //! | [`finding`] | what is odd about recorded data; gaps and steps back in time |
@@ -23,6 +24,7 @@
 //! | [`digest`] | SHA-256, as `sha256sum` prints it |
 
 pub mod calibration;
+pub mod camera;
 pub mod digest;
 pub mod document;
 pub mod draft;

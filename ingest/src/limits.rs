@@ -30,6 +30,9 @@ pub const LOG_CELLS_MAX: usize = 1 << 28;
 /// A line of a raw log.
 pub const LINE_BYTES_MAX: usize = 1 << 20;
 
+/// The file of a picture.
+pub const PICTURE_BYTES_MAX: u64 = 512 << 20;
+
 /// A record of an MCAP file that stands outside of chunks, or a chunk as it is stored: larger than the largest picture.
 pub const MCAP_RECORD_BYTES_MAX: u64 = 128 << 20;
 

@@ -1,6 +1,6 @@
 //! A raw file: bytes that are read from front to back, as often as needed, and never held whole.
 //!
-//! A bag of ROS 2 is a folder; its files are [`parts`](RawFile::parts), and each of them a raw file.
+//! A bag of ROS 2 is a folder, and so are photographs; its files are [`parts`](RawFile::parts), and each of them a raw file.
 
 use std::fs::File;
 use std::io::Read;
@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use crate::IngestError;
 use crate::digest::Digest;
+use crate::formats::pictures::has_name_of_picture;
 use crate::limits::FOLDER_FILES_MAX;
 
 /// A raw file, or bytes that stand for one.
@@ -32,7 +33,7 @@ enum Source<'a> {
 pub(crate) type Through = for<'r> fn(&'r RawFile<'r>) -> Result<Box<dyn Read + 'r>, IngestError>;
 
 impl<'a> RawFile<'a> {
-    /// A file on disk, or a folder with the files of a bag: one that holds `metadata.yaml` or `*.mcap`. `name` is what messages
+    /// A file on disk, or a folder with the files of a bag, one that holds `metadata.yaml` or `*.mcap`, or with pictures. `name` is what messages
     /// call it.
     ///
     /// # Errors
@@ -72,7 +73,13 @@ impl<'a> RawFile<'a> {
         }
         names.sort();
         if !names.iter().any(|file| is_of_bag(file)) {
-            return Err(failed(std::io::Error::other("it is a folder, and not one of a ROS 2 bag")));
+            // Of a folder of pictures they are its files, and nothing else that lies there.
+            names.retain(|file| has_name_of_picture(file));
+        }
+        if names.is_empty() {
+            return Err(failed(std::io::Error::other(
+                "it is a folder, and neither one of a ROS 2 bag nor one of pictures",
+            )));
         }
         let open = |file: &String| Self::open(&path.join(file), &format!("{name}/{file}"), limit);
         Self::of_parts(path, name, names.iter().map(open).collect::<Result<_, _>>()?, limit)
@@ -244,7 +251,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let open = || RawFile::open(folder.path(), "bag", 100);
         std::fs::write(folder.path().join("notes.txt"), "x").unwrap();
-        assert!(open().unwrap_err().to_string().contains("not one of a ROS 2 bag"));
+        assert!(open().unwrap_err().to_string().contains("neither one of a ROS 2 bag nor one of pictures"));
         std::fs::write(folder.path().join("b_1.mcap"), "bb").unwrap();
         std::fs::write(folder.path().join("b_0.mcap"), "aaa").unwrap();
         std::fs::create_dir(folder.path().join("below")).unwrap();

@@ -59,6 +59,8 @@ pub struct Column {
     pub clock: Option<ClockSummary>,
     /// Whether its numbers are seconds since the [`origin`](Recording::origin).
     pub is_dated: bool,
+    /// The standard uncertainty of its numbers, where the reader knows it: of what was measured in pictures.
+    pub std: Option<f64>,
 }
 
 /// The cells of a column.
@@ -112,7 +114,7 @@ impl Column {
             watch.block(numbers);
         }
         let (name, unit) = (name.to_owned(), unit.map(str::to_owned));
-        Self { name, unit, cells, summary: watch.finish(), clock: None, is_dated: false }
+        Self { name, unit, cells, summary: watch.finish(), clock: None, is_dated: false, std: None }
     }
 
     /// Whether it was watched as a clock and its stamps go forward.
@@ -341,6 +343,6 @@ impl Builder {
         self.watch(self.values.len() - self.watched);
         let cells = if self.keep { Cells::Numbers(self.values) } else { Cells::NotKept };
         let clock = self.clock.map(|(_, clock)| clock.finish());
-        Column { name, unit, cells, summary: self.watch.finish(), clock, is_dated: self.is_dated }
+        Column { name, unit, cells, summary: self.watch.finish(), clock, is_dated: self.is_dated, std: None }
     }
 }

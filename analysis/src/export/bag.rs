@@ -142,6 +142,7 @@ impl Topic {
             summary: recording::Column::new("", None, Cells::NotKept).summary,
             clock: None,
             is_dated: false,
+            std: None,
         };
         let mut columns = Vec::with_capacity(names.len() + 2);
         for (name, own) in names.into_iter().zip(table.columns) {

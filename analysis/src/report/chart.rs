@@ -28,7 +28,7 @@ const OVERSAMPLING: u32 = 2;
 const TRAIL_PX: u32 = 3;
 const LEGEND_PX: i32 = px(430);
 const TITLE_PX: i32 = px(84);
-const FONT: &str = "pneuval";
+pub(super) const FONT: &str = "pneuval";
 
 const INK: RGBColor = RGBColor(0x1b, 0x24, 0x30);
 const MUTED: RGBColor = RGBColor(0x5b, 0x67, 0x75);
@@ -182,7 +182,7 @@ fn text(size_px: f64, colour: RGBColor) -> TextStyle<'static> {
 }
 
 /// Registers the embedded font once; the machine's own fonts are never asked.
-fn register() -> Result<(), String> {
+pub(super) fn register() -> Result<(), String> {
     static DONE: OnceLock<bool> = OnceLock::new();
     let registered = *DONE.get_or_init(|| {
         let regular = include_bytes!("../../assets/pneuval-sans-regular.otf");

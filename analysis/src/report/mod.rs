@@ -3,9 +3,11 @@
 mod chart;
 mod figures;
 mod group;
+mod overlay;
 mod page;
 pub mod text;
 mod view;
 
 pub use figures::{Figure, figures};
+pub use overlay::overlay;
 pub use page::{Page, pages};

@@ -99,7 +99,8 @@ impl LogFile {
         let table = &self.tables[0];
         let text = |text: String| Ok(text.into_bytes());
         match self.format {
-            Format::Csv | Format::Plus | Format::Transposed => {
+            // Photographs are rendered elsewhere.
+            Format::Csv | Format::Pictures | Format::Plus | Format::Transposed => {
                 let options = csv::WriteOptions {
                     delimiter: b',',
                     decimal: Decimal::Point,

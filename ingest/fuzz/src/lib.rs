@@ -1,5 +1,6 @@
 //! What every reader must do with any bytes: no panic, and the same answer whether columns are kept or only looked at.
 
+use pneuval_ingest::camera::task::{Setup, Task};
 use pneuval_ingest::finding::FindingKind;
 use pneuval_ingest::formats::{self, Format, Options};
 use pneuval_ingest::raw::RawFile;
@@ -100,7 +101,10 @@ fn parted<'a>(bytes: &'a [u8], sign: &[u8]) -> Vec<&'a [u8]> {
 }
 
 fn check(raw: &RawFile, format: Option<Format>) {
-    let options = Options { format, ..Options::default() };
+    let mut options = Options { format, ..Options::default() };
+    if format == Some(Format::Pictures) {
+        options.pictures.task = Some(Task::Diameter(Setup::default()));
+    }
     let kept = formats::read(raw, &options, Keep::All);
     let looked_at = formats::read(raw, &options, Keep::Nothing);
     match (kept, looked_at) {

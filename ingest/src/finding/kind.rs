@@ -33,6 +33,16 @@ kinds! {
     HeaderMismatch = "header-mismatch",
     /// The header runs into the first sample without a line end.
     HeaderGlued = "header-glued",
+    /// A picture that cannot be decoded.
+    BrokenPicture = "broken-picture",
+    /// A picture in which nothing could be measured, with the reason.
+    NotMeasured = "not-measured",
+    /// What is worth knowing of what was measured in a picture.
+    PictureQuality = "picture-quality",
+    /// What is not known of the scale of pictures, with the size of the error.
+    PictureScale = "picture-scale",
+    /// A file whose name does not say what the pattern asks for.
+    UnreadName = "unread-name",
     /// Text where a number should stand.
     NonNumericCell = "non-numeric-cell",
     /// The instrument wrote that it had no value: `NaN`, `inf`, `--`, `n/a`.

@@ -12,6 +12,7 @@ pub mod gauge;
 mod lines;
 pub mod lvm;
 pub mod mcap;
+pub mod pictures;
 pub mod serial;
 mod sheet;
 pub mod stamps;
@@ -23,10 +24,11 @@ use crate::IngestError;
 use crate::raw::RawFile;
 use crate::recording::{Keep, Recording};
 use csv::CsvOptions;
+use pictures::PictureOptions;
 use tracker::TrackerOptions;
 
 /// What is known about a raw file beforehand; what is absent is found out from the bytes.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Options {
     /// Its format.
     pub format: Option<Format>,
@@ -34,6 +36,8 @@ pub struct Options {
     pub csv: CsvOptions,
     /// What of a tracker's log is used.
     pub tracker: TrackerOptions,
+    /// What is measured in pictures.
+    pub pictures: PictureOptions,
 }
 
 /// The format of a raw file.
@@ -41,6 +45,8 @@ pub struct Options {
 pub enum Format {
     /// A bag of ROS 2 or another recording in an MCAP file, or a folder of such files.
     Mcap,
+    /// A photograph, or a folder of them.
+    Pictures,
     /// What LabVIEW and NI's drivers stream to, or its index.
     Tdms,
     /// A measurement file of LabVIEW.
@@ -61,8 +67,9 @@ pub enum Format {
 
 impl Format {
     /// All formats, in the order in which they are tried.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Mcap,
+        Self::Pictures,
         Self::Tdms,
         Self::Lvm,
         Self::Plus,
@@ -77,6 +84,7 @@ impl Format {
     pub fn id(self) -> &'static str {
         match self {
             Self::Mcap => "mcap",
+            Self::Pictures => "pictures",
             Self::Tdms => "tdms",
             Self::Lvm => "lvm",
             Self::Plus => "plus",
@@ -110,6 +118,9 @@ fn text_head(raw: &RawFile) -> Result<TextHead, IngestError> {
 /// [`IngestError::Read`] if it cannot be read; [`IngestError::Unusable`] for a format that is known and not read, with the command
 /// that converts it.
 pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
+    if pictures::looks_like(raw)? {
+        return Ok(Format::Pictures);
+    }
     if raw.parts().is_some() {
         return Ok(Format::Mcap);
     }
@@ -123,7 +134,7 @@ pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
     foreign::check(raw)?;
     let TextHead { bytes, is_whole } = text_head(raw)?;
     let is = |format: &Format| match format {
-        Format::Mcap | Format::Tdms => false,
+        Format::Mcap | Format::Pictures | Format::Tdms => false,
         Format::Lvm => lvm::looks_like(&bytes),
         Format::Plus => tracker::plus::looks_like(&bytes),
         Format::Trakstar => tracker::trakstar::looks_like(&bytes, is_whole),
@@ -142,6 +153,7 @@ pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
 pub fn read(raw: &RawFile, options: &Options, keep: Keep) -> Result<Recording, IngestError> {
     let mut recording = match options.format.map_or_else(|| detect(raw), Ok)? {
         Format::Mcap => return mcap::read(raw, keep),
+        Format::Pictures => return pictures::read(raw, &options.pictures, keep),
         Format::Tdms => return tdms::read(raw, keep),
         Format::Lvm => lvm::read(raw, keep)?,
         Format::Plus => tracker::plus::read(raw, keep)?,

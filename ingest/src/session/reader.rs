@@ -240,7 +240,7 @@ impl Reader<'_> {
                 if !beyond.is_empty() {
                     findings.push(tell::overflow(spec, run, &beyond, part));
                 }
-                (logged, None)
+                (logged, log.at(id).std.map(|std| logged.to_si(std) - logged.to_si(0.0)))
             }
             Some(instrument) => {
                 self.check(logged, instrument.input.dimension, spec.line)?;

@@ -357,7 +357,7 @@ impl RawSpecimen {
 impl RawDevice {
     fn checked(&self, document: &Document) -> Result<Device, IngestError> {
         let name = self.format.get_ref();
-        let known = |format: &Format| *format != Format::Plus && *format != Format::Transposed;
+        let known = |format: &Format| !matches!(format, Format::Pictures | Format::Plus | Format::Transposed);
         let Some(format) = Format::ALL.into_iter().filter(known).find(|format| format.id() == name) else {
             let next = suggestion(name, Format::ALL.into_iter().filter(known).map(Format::id));
             return Err(document.malformed(self.format.span(), "a format that a device writes", shown(name), next));

@@ -385,7 +385,7 @@ impl Columns {
                 (Some(builder), _) => builder.finish(name, unit),
                 (None, text) => {
                     let cells = text.map_or(Cells::NotKept, |text| Cells::Text(text.cells));
-                    Column { name, unit, cells, summary: Summary::default(), clock: None, is_dated: false }
+                    Column { name, unit, cells, summary: Summary::default(), clock: None, is_dated: false, std: None }
                 }
             }
         };

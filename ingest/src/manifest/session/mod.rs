@@ -1,5 +1,6 @@
 //! `session.toml`: one sitting at a rig: which files, which column is which channel, what is measured against what.
 
+mod camera;
 mod device;
 mod follows;
 mod points;

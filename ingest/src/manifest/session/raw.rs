@@ -6,6 +6,7 @@ use std::ops::Range;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::camera::RawCamera;
 use super::device::{self, Clocks, DeviceSpec, RawDevice};
 use super::follows::RawFollows;
 use super::points::{Abscissa, PointRule, RawPoints};
@@ -17,6 +18,7 @@ use super::{
 use crate::document::{Amount, Document, parse_unit};
 use crate::error::{IngestError, shown, suggestion};
 use crate::formats::csv::{self, CsvOptions};
+use crate::formats::pictures::PictureOptions;
 use crate::formats::tracker::TrackerOptions;
 use crate::formats::{Format, Options};
 use crate::manifest::comparison::{OneOrMany, RawComparison, RawQuantity, check_width};
@@ -72,6 +74,7 @@ pub(in crate::manifest) struct RawReader {
     skip_lines: Option<usize>,
     comment: Option<CommentMark>,
     quality_max: Option<u32>,
+    camera: Option<Spanned<RawCamera>>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -230,7 +233,22 @@ impl RawReader {
             format: self.format.as_ref().map(known).transpose()?,
             csv: self.csv(),
             tracker: TrackerOptions { quality_max: self.quality_max },
+            pictures: self.pictures(document)?,
         })
+    }
+
+    fn pictures(&self, document: &Document) -> Result<PictureOptions, IngestError> {
+        let Some(camera) = &self.camera else { return Ok(PictureOptions::default()) };
+        if let Some(other) = self.format.as_ref().filter(|format| format.get_ref() != Format::Pictures.id()) {
+            let found = format!("format = \"{}\"", other.get_ref());
+            return Err(document.malformed(
+                camera.span(),
+                "`camera` with format = \"pictures\"",
+                found,
+                "remove one of the two",
+            ));
+        }
+        camera.get_ref().options(document)
     }
 
     fn csv(&self) -> CsvOptions {

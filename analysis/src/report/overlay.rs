@@ -1,0 +1,124 @@
+//! What was measured, drawn on the photograph: edges, axis, the line of the width, the value.
+
+use std::io::Cursor;
+
+use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use plotters::prelude::*;
+use plotters::style::{FontStyle, FontTransform};
+
+use super::chart::{FONT, register};
+use pneuval_ingest::camera::diameter::EdgeUse;
+use pneuval_ingest::camera::picture::{Picture, Place};
+use pneuval_ingest::camera::task::Marks;
+
+/// Overlays are as wide as this at most, in px: larger photographs are shown smaller.
+const WIDTH_MAX: usize = 1920;
+
+const EDGE: RGBColor = RGBColor(0x56, 0xb4, 0xe9);
+const BEYOND: RGBColor = RGBColor(0x8f, 0x9a, 0xa8);
+const ODD: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
+const AXIS: RGBColor = RGBColor(0xe6, 0x9f, 0x00);
+const LINE: RGBColor = RGBColor(0x00, 0xb0, 0x73);
+const BOX: RGBColor = RGBColor(0x10, 0x18, 0x22);
+
+/// The photograph with its marks as a PNG file, no wider than `width_max` px.
+///
+/// # Errors
+/// What the plotting library or the PNG encoder says.
+pub fn overlay(picture: &Picture, marks: &Marks, width_max: usize) -> Result<Vec<u8>, String> {
+    register()?;
+    let by = picture.width().div_ceil(width_max.clamp(1, WIDTH_MAX)).max(1);
+    let (width, height) = ((picture.width() / by).max(1), (picture.height() / by).max(1));
+    let mut pixels = shown(picture, by, width, height);
+    let size = (u32::try_from(width).unwrap_or(u32::MAX), u32::try_from(height).unwrap_or(u32::MAX));
+    draw(&mut pixels, size, marks, by).map_err(|e| e.to_string())?;
+    let mut png = Vec::new();
+    PngEncoder::new(Cursor::new(&mut png))
+        .write_image(&pixels, size.0, size.1, ExtendedColorType::Rgb8)
+        .map_err(|e| e.to_string())?;
+    Ok(png)
+}
+
+/// The photograph in 8 bits, each px the mean of those that it stands for.
+fn shown(picture: &Picture, by: usize, width: usize, height: usize) -> Vec<u8> {
+    let mut pixels = Vec::with_capacity(3 * width * height);
+    let n = (by * by) as f32;
+    for i in 0..width * height {
+        let (x, y) = (i % width * by, i / width * by);
+        let mut sum = [0.0_f32; 3];
+        for k in 0..by * by {
+            let rgb = picture.rgb(x + k % by, y + k / by);
+            sum.iter_mut().zip(rgb).for_each(|(s, v)| *s += v);
+        }
+        // Means of bytes.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        pixels.extend(sum.map(|s| (s / n).round().clamp(0.0, 255.0) as u8));
+    }
+    pixels
+}
+
+fn draw(pixels: &mut [u8], size: (u32, u32), marks: &Marks, by: usize) -> Result<(), Box<dyn std::error::Error>> {
+    let root = BitMapBackend::with_buffer(pixels, size).into_drawing_area();
+    // The middle of a group of px, in its own.
+    // Places on a picture are far smaller than 2³¹.
+    #[allow(clippy::cast_possible_truncation)]
+    let at = |place: &Place| {
+        let of = |v: f64| ((v + 0.5) / by as f64 - 0.5).round().clamp(-1e6, 1e6) as i32;
+        (of(place.x), of(place.y))
+    };
+    for (place, used) in &marks.edges {
+        let (colour, radius) = match used {
+            EdgeUse::Used => (EDGE, 1),
+            EdgeUse::Beyond => (BEYOND, 1),
+            EdgeUse::Odd => (ODD, 2),
+        };
+        root.draw(&Circle::new(at(place), radius, colour.filled()))?;
+    }
+    for line in &marks.axes {
+        root.draw(&PathElement::new(line.iter().map(at).collect::<Vec<_>>(), AXIS.stroke_width(1)))?;
+    }
+    let thick = (size.0 / 700).max(1);
+    for line in &marks.lines {
+        root.draw(&PathElement::new(line.iter().map(at).collect::<Vec<_>>(), LINE.stroke_width(thick)))?;
+        for end in line {
+            root.draw(&Circle::new(at(end), 2 * thick, LINE.filled()))?;
+        }
+    }
+    if !marks.label.is_empty() {
+        // As high as a fortieth of the picture, and readable on a small one.
+        let height = (f64::from(size.0.min(2 * size.1)) / 45.0).max(13.0);
+        let font = FontDesc::new(FontFamily::Name(FONT), height * 1.24, FontStyle::Bold).transform(FontTransform::None);
+        let style = font.color(&WHITE).into_text_style(&root);
+        let (wide, high) = root.estimate_text_size(&marks.label, &style)?;
+        let pad = i32::try_from(high / 2).unwrap_or(4);
+        let (wide, high) = (i32::try_from(wide).unwrap_or(0), i32::try_from(high).unwrap_or(0));
+        let corner = (pad + wide + 2 * pad, pad + high + 2 * pad);
+        root.draw(&Rectangle::new([(pad, pad), corner], BOX.mix(0.75).filled()))?;
+        root.draw_text(&marks.label, &style, (2 * pad, pad + pad))?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pneuval_ingest::camera::picture::Pixels;
+
+    #[test]
+    fn marks_lie_where_they_are_said_to_and_a_large_picture_is_shown_smaller() {
+        let picture = Picture::new(4000, 200, Pixels::Gray8(vec![100; 800_000])).unwrap();
+        let marks = Marks {
+            edges: vec![(Place::new(3000.0, 100.0), EdgeUse::Used)],
+            lines: vec![[Place::new(300.0, 150.0), Place::new(900.0, 150.0)]],
+            ..Marks::default()
+        };
+        let png = overlay(&picture, &marks, 2000).unwrap();
+        let drawn = image::load_from_memory(&png).unwrap().into_rgb8();
+        assert_eq!(drawn.dimensions(), (1333, 66));
+        let is = |x: u32, y: u32, colour: RGBColor| drawn.get_pixel(x, y).0 == [colour.0, colour.1, colour.2];
+        assert!(is(1000, 33, EDGE) && is(200, 50, LINE) && !is(700, 20, LINE));
+        assert_eq!(drawn.get_pixel(700, 20).0, [100; 3]);
+        assert_eq!(png, overlay(&picture, &marks, 2000).unwrap());
+    }
+}

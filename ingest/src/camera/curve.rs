@@ -1,0 +1,214 @@
+//! A smooth curve through edge points: a polynomial of least squares, robust against points that are none.
+
+use nalgebra::{SMatrix, SVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+/// Points farther off than so many standard deviations of the others are no part of the edge.
+const FAR_STDS: f64 = 4.0;
+
+/// From the median of absolute deviations to the standard deviation of normal noise.
+const MAD_TO_STD: f64 = 1.482_602_218_505_602;
+
+/// Points are looked at so often.
+const ROUNDS: usize = 5;
+
+/// Two degrees more are worth it where chance explains them in less than this share.
+const WORTH: f64 = 0.005;
+
+/// Lags over which what is left over is asked whether it hangs together.
+const LAGS: usize = 8;
+
+/// Coefficients of the highest degree.
+const TERMS: usize = 7;
+
+/// The highest degree of a curve.
+pub(super) const DEGREE_MAX: usize = TERMS - 1;
+
+/// y over x as Σ c_k t^k, t = (x - middle)/half from -1 to 1: of so few degrees that is well enough conditioned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    middle: f64,
+    half: f64,
+    coefficients: [f64; TERMS],
+    terms: usize,
+    /// Of the coefficients, with the variance of the points in it.
+    covariance: SMatrix<f64, TERMS, TERMS>,
+    /// Standard deviation of the points about it.
+    pub left: f64,
+    /// Which of the points belong to it.
+    pub used: Vec<bool>,
+    /// Sum of squares that is left, over the points used.
+    squares: f64,
+}
+
+fn powers(t: f64) -> [f64; TERMS] {
+    let mut all = [1.0; TERMS];
+    for k in 1..TERMS {
+        all[k] = all[k - 1] * t;
+    }
+    all
+}
+
+impl Curve {
+    /// The curve of a degree through points with x in a range. `None` if they are too few.
+    pub fn fit(points: &[(f64, f64)], range: (f64, f64), degree: usize) -> Option<Self> {
+        Self::of(points, range, degree.min(DEGREE_MAX), None)
+    }
+
+    /// Two outlines of one body, both of the degree that the points ask for, up to `most`; and that degree.
+    pub fn pair(points: [&[(f64, f64)]; 2], range: (f64, f64), most: usize) -> Option<([Self; 2], usize)> {
+        // What is no part of the edge, once and for all: by the most flexible curve.
+        let flexible = [Self::fit(points[0], range, most)?, Self::fit(points[1], range, most)?];
+        let of = |degree: usize| -> Option<[Self; 2]> {
+            let one = |i: usize| Self::of(points[i], range, degree, Some(&flexible[i].used));
+            Some([one(0)?, one(1)?])
+        };
+        let n: usize = flexible.iter().map(Self::n).sum();
+        let squares = |pair: &[Self; 2]| pair.iter().map(|c| c.squares).sum::<f64>();
+        let mut degree = 0;
+        let mut found = of(0)?;
+        while degree + 2 <= most {
+            // Whether one of the richer ones explains more than chance does.
+            let richer = (degree + 2..=most).step_by(2).find_map(|d| {
+                let pair = of(d)?;
+                let more = (2 * (d - degree)) as f64;
+                let freedom = n.checked_sub(2 * (d + 1)).filter(|f| *f > 0)? as f64;
+                let f = (squares(&found) - squares(&pair)) / more / (squares(&pair) / freedom);
+                let worth = FisherSnedecor::new(more, freedom).ok()?.inverse_cdf(1.0 - WORTH);
+                (f > worth).then_some((pair, d))
+            });
+            let Some((pair, d)) = richer else { break };
+            (found, degree) = (pair, d);
+        }
+        Some((found, degree))
+    }
+
+    fn of(points: &[(f64, f64)], (from, to): (f64, f64), degree: usize, given: Option<&[bool]>) -> Option<Self> {
+        let (middle, half) = (f64::midpoint(from, to), 0.5 * (to - from));
+        if half.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+            return None;
+        }
+        let n = degree + 1;
+        let inside = |&(x, y): &(f64, f64)| x >= from && x <= to && y.is_finite();
+        let mut used: Vec<bool> = match given {
+            Some(given) => given.to_vec(),
+            None => points.iter().map(inside).collect(),
+        };
+        let rounds = if given.is_some() { 1 } else { ROUNDS };
+        let mut found: Option<Self> = None;
+        for _ in 0..rounds {
+            let count = used.iter().filter(|u| **u).count();
+            if count < n + 2 {
+                return None;
+            }
+            // Sums of powers up to twice the degree make the whole matrix.
+            let (mut sums, mut right) = ([0.0; 2 * TERMS - 1], [0.0; TERMS]);
+            for ((x, y), _) in points.iter().zip(&used).filter(|(_, used)| **used) {
+                let t = (x - middle) / half;
+                let mut power = 1.0;
+                for (k, sum) in sums.iter_mut().enumerate().take(2 * n - 1) {
+                    *sum += power;
+                    if k < n {
+                        right[k] += power * y;
+                    }
+                    power *= t;
+                }
+            }
+            // Terms beyond the degree are kept apart by ones.
+            let normal = SMatrix::<f64, TERMS, TERMS>::from_fn(|i, j| match i.max(j) {
+                k if k < n => sums[i + j],
+                _ => f64::from(u8::from(i == j)),
+            });
+            let inverse = normal.cholesky()?.inverse();
+            let coefficients: [f64; TERMS] = (inverse * SVector::<f64, TERMS>::from(right)).into();
+            let mut curve = Self {
+                middle,
+                half,
+                coefficients,
+                terms: n,
+                covariance: inverse,
+                left: 0.0,
+                used: used.clone(),
+                squares: 0.0,
+            };
+            let left: Vec<f64> = points.iter().map(|(x, y)| y - curve.at(*x)).collect();
+            let of_used: Vec<f64> = left.iter().zip(&used).filter(|(_, u)| **u).map(|(r, _)| *r).collect();
+            curve.squares = of_used.iter().map(|r| r * r).sum();
+            curve.left = (curve.squares / (count - n) as f64).sqrt();
+            let next: Vec<bool> = if given.is_some() {
+                used.clone()
+            } else {
+                let limit = FAR_STDS * MAD_TO_STD * median(of_used.iter().map(|r| r.abs()).collect()) + f64::EPSILON;
+                points.iter().zip(&left).map(|(p, r)| inside(p) && r.abs() <= limit).collect()
+            };
+            // Neighbours that stray together know less than their number.
+            curve.covariance *= curve.left * curve.left * together(&of_used);
+            let is_settled = next == used;
+            found = Some(curve);
+            if is_settled {
+                break;
+            }
+            used = next;
+        }
+        found
+    }
+
+    /// Points that belong to it.
+    pub fn n(&self) -> usize {
+        self.used.iter().filter(|u| **u).count()
+    }
+
+    /// The range it is good for.
+    pub fn range(&self) -> (f64, f64) {
+        (self.middle - self.half, self.middle + self.half)
+    }
+
+    /// y at x.
+    pub fn at(&self, x: f64) -> f64 {
+        let t = (x - self.middle) / self.half;
+        self.coefficients[..self.terms].iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// Standard uncertainty of that.
+    pub fn std_at(&self, x: f64) -> f64 {
+        let mut basis = SVector::<f64, TERMS>::from(powers((x - self.middle) / self.half));
+        basis.iter_mut().skip(self.terms).for_each(|b| *b = 0.0);
+        (self.covariance * basis).dot(&basis).max(0.0).sqrt()
+    }
+
+    /// Slope and second derivative at x.
+    pub fn derivatives(&self, x: f64) -> (f64, f64) {
+        let t = (x - self.middle) / self.half;
+        let (mut first, mut second) = (0.0, 0.0);
+        for (k, c) in self.coefficients[..self.terms].iter().enumerate().skip(1).rev() {
+            let k = k as f64;
+            first = first * t + k * c;
+        }
+        for (k, c) in self.coefficients[..self.terms].iter().enumerate().skip(2).rev() {
+            let k = k as f64;
+            second = second * t + k * (k - 1.0) * c;
+        }
+        (first / self.half, second / (self.half * self.half))
+    }
+}
+
+/// By how much a sum over neighbours varies more than one over strangers: one and twice the sum of their correlations, weighed down
+/// with their distance (Newey and West).
+fn together(left: &[f64]) -> f64 {
+    let squares: f64 = left.iter().map(|r| r * r).sum();
+    if left.len() <= 4 * LAGS || squares <= 0.0 {
+        return 1.0;
+    }
+    let lag = |k: usize| left.iter().zip(&left[k..]).map(|(a, b)| a * b).sum::<f64>() / squares;
+    let weight = |k: usize| 1.0 - k as f64 / (LAGS + 1) as f64;
+    (1.0 + 2.0 * (1..=LAGS).map(|k| weight(k) * lag(k)).sum::<f64>()).max(1.0)
+}
+
+/// The middle value; zero of none.
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}

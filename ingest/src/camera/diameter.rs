@@ -1,0 +1,650 @@
+//! The largest width of a body across its axis, and its width all along.
+//!
+//! ```text
+//! body --> edges of some rows, with their blur --> two curves --> edges of every row, one step from those curves
+//!      --> axis: the line on which the middle of the curves is straight --> two curves in its frame --> the largest distance
+//! ```
+//!
+//! Edges are fitted along rows (columns, where the axis lies across); a slanting one looks wider there by its slope, which is taken into
+//! account. Curves are polynomials of the degree that the edges ask for. Blur moves the half level of a curved edge towards its centre,
+//! by σ²/2 over the radius, which is taken back.
+
+use nalgebra::Vector2;
+
+use super::curve::{Curve, DEGREE_MAX, median};
+use super::edge::{Blur, Edge};
+use super::picture::{Picture, Place};
+use super::silhouette::{Axis, Body, Refusal, Row, Sought, body};
+
+/// The part of the body about its widest place over which edges are taken, as a share of its largest width.
+const WIDE_SHARE: f64 = 0.8;
+
+/// Where the body is thinner than this share of its largest width, only one of so many rows is looked at: a curve turned by its tilt needs some
+/// more than [`WIDE_SHARE`].
+const THIN_SHARE: f64 = 0.7;
+const PROFILE_STEP: usize = 4;
+
+/// Thinner than this share of the largest width nothing is looked at; and from one row of the grid to the next a body does not become so
+/// many times as wide.
+const LEAST_SHARE: f64 = 0.45;
+const JUMP: f64 = 1.5;
+
+/// An edge is odd where its line strays so many times as much as the others' (in squares, beside what rounding to whole steps makes), or
+/// where its height is off by so many deviations and by such a share.
+const ODD_NOISE: f64 = 3.0;
+const QUANTISED: f64 = 0.25;
+const ODD_STDS: f64 = 5.0;
+const ODD_HEIGHT: f64 = 0.1;
+const DEGREE_HEIGHT: usize = 2;
+
+/// The degree of the first curves.
+const DEGREE_FIRST: usize = 4;
+
+/// Fewer edges of a side are too few.
+const EDGES_MIN: usize = 12;
+const EDGES_SHARE_MIN: f64 = 0.5;
+
+/// Blur in px that is looked for.
+const BLUR_PX: (f64, f64) = (0.5, 12.0);
+
+/// A step of brightness from either end is as good as the end.
+const END_STEP: f32 = 0.5;
+
+/// An edge beside which so much of the line lies at an end of the brightness is saturated; a picture, at which so many edges are.
+const CLIPPED_SHARE: f64 = 0.6;
+const SATURATED_SHARE_MAX: f64 = 0.3;
+
+/// Rounds in which the blur settles, and in which the axis does; it has where the middle goes over by so little, as a slope.
+const ROUNDS: usize = 4;
+const AXIS_ROUNDS: usize = 12;
+const STRAIGHT: f64 = 1e-6;
+const TURN_MAX: f64 = 0.2;
+
+/// Places along the axis at which the largest width is looked for.
+const PLACES: usize = 200;
+
+/// What remains beside noise: of pixels that are not alike, and curves that are no polynomials. Standard uncertainty in px.
+const FLOOR_PX: f64 = 0.003;
+
+/// Part of the blur's shift that is left open: blur is not quite normal, and not all of it is that of the lens.
+const SHIFT_SHARE: f64 = 1.0;
+
+/// What the user should know of a measured width.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Flag {
+    /// The body is about as long as wide: rows were taken to lie across.
+    AxisGuessed,
+    /// It reaches out of the picture along its axis; its width there hardly changes.
+    Cut,
+    /// Some edges lie beside brightness that is as high, or as low, as it can be: so many, as a share.
+    Clipped(f64),
+    /// So many edges, as a share, are no part of the curves: glare, a wire, dirt.
+    Strays(f64),
+    /// Edges stray about their curves so many times as much as noise makes them.
+    Rough(f64),
+    /// Blurred by so many px (standard deviation).
+    Blurred(f64),
+}
+
+impl std::fmt::Display for Flag {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::AxisGuessed => write!(f, "as long as wide: the axis was taken to stand upright"),
+            Self::Cut => write!(f, "it reaches out of the picture along its axis"),
+            Self::Clipped(share) => {
+                write!(f, "{:.0} % of its edges lie beside brightness at the end of its range", 100.0 * share)
+            }
+            Self::Strays(share) => write!(f, "{:.0} % of its edges are left out: glare, a wire or dirt", 100.0 * share),
+            Self::Rough(times) => write!(f, "its edges stray {times:.1} times as much as noise makes them"),
+            Self::Blurred(px) => write!(f, "blurred by {px:.1} px"),
+        }
+    }
+}
+
+/// A width.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diameter {
+    /// The largest distance of the two edges across the axis, in px.
+    pub width_px: f64,
+    /// Its standard uncertainty.
+    pub std_px: f64,
+    /// The ends of that line on the picture (of a lens that was given, where a pinhole would see them).
+    pub ends: [Place; 2],
+    /// The direction of the axis, downwards or to the right.
+    pub axis: Vector2<f64>,
+    /// Standard deviation of the blur, in px.
+    pub blur_px: f64,
+    /// Brightness of body and surroundings, in steps.
+    pub contrast: f64,
+    /// Standard deviation of the noise, in steps.
+    pub noise: f64,
+    /// By how much the blur of curved edges was corrected, in px.
+    pub shift_px: f64,
+    /// The degree of the curves.
+    pub degree: usize,
+    /// Edges of the two curves, and those of them that are used.
+    pub edges: [Vec<(Place, EdgeUse)>; 2],
+    /// The width all along the body.
+    pub profile: Vec<Width>,
+    /// What is worth knowing.
+    pub flags: Vec<Flag>,
+}
+
+/// What becomes of an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EdgeUse {
+    /// The largest width rests on it.
+    Used,
+    /// It lies beyond: only the profile has it.
+    Beyond,
+    /// It is no part of the outline: glare, a wire, dirt.
+    Odd,
+}
+
+/// The width at a place of the axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Width {
+    /// Along the axis from the widest place, in px.
+    pub along_px: f64,
+    /// The width, in px.
+    pub width_px: f64,
+    /// Its standard uncertainty.
+    pub std_px: f64,
+}
+
+/// The picture as rows across the axis.
+struct Rows<'a> {
+    picture: &'a Picture,
+    axis: Axis,
+}
+
+impl Rows<'_> {
+    fn length(&self) -> usize {
+        match self.axis {
+            Axis::Vertical => self.picture.width(),
+            Axis::Horizontal => self.picture.height(),
+        }
+    }
+
+    fn count(&self) -> usize {
+        match self.axis {
+            Axis::Vertical => self.picture.height(),
+            Axis::Horizontal => self.picture.width(),
+        }
+    }
+
+    fn read(&self, row: usize, from: usize, into: &mut [f32]) {
+        match self.axis {
+            Axis::Vertical => self.picture.luma_row(row, from, into),
+            Axis::Horizontal => {
+                into.iter_mut().enumerate().for_each(|(i, value)| *value = self.picture.luma(row, from + i));
+            }
+        }
+    }
+
+    fn place(&self, row: f64, at: f64) -> Place {
+        match self.axis {
+            Axis::Vertical => Place::new(at, row),
+            Axis::Horizontal => Place::new(row, at),
+        }
+    }
+}
+
+/// An edge on a row.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    row: f64,
+    at: f64,
+    edge: Edge,
+    is_clipped: bool,
+    /// Like its neighbours.
+    is_sound: bool,
+}
+
+/// Looks for edges along rows.
+struct Seeker<'a> {
+    rows: Rows<'a>,
+    blur: Blur,
+    line: Vec<f32>,
+}
+
+impl Seeker<'_> {
+    /// The edge of a row near a place, of an outline that goes over so many px a row there.
+    fn edge(&mut self, row: usize, guess: f64, slope: f64, blur_px: f64, with_blur: bool) -> Option<Found> {
+        let seen_px = blur_px * slope.mul_add(slope, 1.0).sqrt();
+        let reach = Blur::reach_px(seen_px);
+        let from = whole(guess - reach)?;
+        let length = whole(2.0 * reach)? + 1;
+        if from + length > self.rows.length() {
+            return None;
+        }
+        self.line.resize(length, 0.0);
+        self.rows.read(row, from, &mut self.line);
+        let steps = if with_blur { 3 } else { 1 };
+        let edge = self.blur.edge(&self.line, guess - from as f64, seen_px, with_blur, steps)?;
+        let clipped = self.line.iter().filter(|v| **v <= END_STEP || **v >= 255.0 - END_STEP).count();
+        let is_clipped = clipped as f64 > CLIPPED_SHARE * 0.5 * length as f64;
+        Some(Found { row: row as f64, at: from as f64 + edge.at, edge, is_clipped, is_sound: true })
+    }
+
+    /// Where a row crosses half of its way near a place that is a step of the grid off, and how wide that crossing is.
+    fn crossing(&mut self, row: usize, near: usize, step: usize) -> Option<(f64, f64)> {
+        const SMOOTH: usize = 5;
+        let side = 2 * step + 12;
+        let from = near.checked_sub(side)?;
+        let length = 2 * side + 1;
+        if from + length > self.rows.length() {
+            return None;
+        }
+        self.line.resize(length, 0.0);
+        self.rows.read(row, from, &mut self.line);
+        let smooth: Vec<f64> =
+            self.line.windows(SMOOTH).map(|w| w.iter().map(|v| f64::from(*v)).sum::<f64>() / SMOOTH as f64).collect();
+        // The steepest place, over the width of the smoothing.
+        let steep = |i: usize| (smooth[i + SMOOTH] - smooth[i]).abs();
+        let top = (0..smooth.len() - SMOOTH).max_by(|a, b| steep(*a).total_cmp(&steep(*b)))?;
+        let levels = (median(smooth[..=top.saturating_sub(SMOOTH)].to_vec()), {
+            median(smooth[(top + 2 * SMOOTH).min(smooth.len() - 1)..].to_vec())
+        });
+        let share = |i: usize| (smooth[i] - levels.0) / (levels.1 - levels.0);
+        let cross = |level: f64, way: Vec<usize>| {
+            let i = way.into_iter().find(|&i| (share(i) > level) != (share(i + 1) > level))?;
+            Some(i as f64 + (level - share(i)) / (share(i + 1) - share(i)))
+        };
+        let middle = top + SMOOTH / 2;
+        let last = smooth.len() - 1;
+        let half = cross(0.5, (top..(top + SMOOTH + 1).min(last)).collect())?;
+        let quarter = cross(0.25, (0..middle.min(last)).rev().collect());
+        let three = cross(0.75, (middle..last).collect());
+        let width = quarter.zip(three).map_or(f64::NAN, |(a, b)| (b - a).abs());
+        let at = from as f64 + half + (SMOOTH / 2) as f64;
+        at.is_finite().then_some((at, width))
+    }
+}
+
+/// A number of px; `None` below zero.
+fn whole(px: f64) -> Option<usize> {
+    // Pictures have far fewer px than 2⁵².
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    (px >= 0.0 && px < 1e9).then_some(px as usize)
+}
+
+/// The two outlines of a body over its rows.
+type Outlines = [Curve; 2];
+
+/// The largest width of the body in a picture. `straight` is where a pinhole would have seen a place: the identity without a calibrated
+/// lens.
+///
+/// # Errors
+/// Why there is none.
+pub fn diameter(
+    picture: &Picture,
+    sought: Sought,
+    straight: &dyn Fn(Place) -> Option<Place>,
+) -> Result<Diameter, Refusal> {
+    let body = body(picture, sought)?;
+    let rows = Rows { picture, axis: body.axis };
+    let mut seeker = Seeker { rows, blur: Blur::new(), line: Vec::new() };
+    let wide = wide_rows(&body)?;
+    let (outlines, blur_px) = first(&mut seeker, &body, &wide)?;
+    let found = every(&mut seeker, &outlines, blur_px, &wide);
+    let found = found.map(sound);
+    let looked_for = found[0].len().max(found[1].len()).max(wide.len());
+    for side in &found {
+        if side.len() < EDGES_MIN || (side.len() as f64) < EDGES_SHARE_MIN * looked_for as f64 {
+            return Err(Refusal::FewEdges { found: side.len(), of: looked_for });
+        }
+    }
+    let clipped = share(found.iter().flatten(), |f| f.is_clipped);
+    if clipped > SATURATED_SHARE_MAX {
+        return Err(Refusal::Saturated { share: clipped });
+    }
+    measure(&seeker.rows, &body, &found, blur_px, clipped, straight)
+}
+
+fn share<'a>(of: impl Iterator<Item = &'a Found>, is: impl Fn(&Found) -> bool) -> f64 {
+    let (mut n, mut such) = (0.0, 0.0);
+    for one in of {
+        n += 1.0;
+        such += f64::from(u8::from(is(one)));
+    }
+    if n > 0.0 { such / n } else { 0.0 }
+}
+
+/// The rows about the largest circle in the body, down to where it is thin, a mount or a cable, or stands on something.
+fn wide_rows(body: &Body) -> Result<Vec<Row>, Refusal> {
+    let width = |row: &Row| (row.span.1 - row.span.0) as f64;
+    let middle = *body.rows.get(body.deepest).ok_or(Refusal::NoBody)?;
+    if !middle.is_free {
+        return Err(Refusal::Border);
+    }
+    let mut widest = width(&middle);
+    let mut walk = |rows: &mut dyn Iterator<Item = &Row>| {
+        let mut found: Vec<Row> = Vec::new();
+        let mut last = width(&middle);
+        for row in rows {
+            let now = width(row);
+            if now < LEAST_SHARE * widest {
+                break;
+            }
+            if !row.is_free || now > JUMP * last {
+                // What is suddenly as wide as that is another thing, on which the body stands; else the body itself goes on outside.
+                return if now > JUMP * last || last < THIN_SHARE * widest { Ok(found) } else { Err(Refusal::Border) };
+            }
+            (widest, last) = (widest.max(now), now);
+            found.push(*row);
+        }
+        Ok(found)
+    };
+    let mut rows = walk(&mut body.rows[..body.deepest].iter().rev())?;
+    rows.reverse();
+    rows.push(middle);
+    rows.extend(walk(&mut body.rows[body.deepest + 1..].iter())?);
+    rows.retain(|row| width(row) > LEAST_SHARE * widest);
+    Ok(rows)
+}
+
+/// Outlines through edges of the grid's rows, and the blur that they agree on.
+fn first(seeker: &mut Seeker, body: &Body, wide: &[Row]) -> Result<(Outlines, f64), Refusal> {
+    let few = |found: usize| Refusal::FewEdges { found, of: wide.len() };
+    let mut guesses: [Vec<(f64, f64)>; 2] = [vec![], vec![]];
+    let mut widths = Vec::new();
+    for row in wide {
+        for (side, near) in [row.span.0, row.span.1].into_iter().enumerate() {
+            if let Some((at, width)) = seeker.crossing(row.at, near, body.step) {
+                guesses[side].push((row.at as f64, at));
+                widths.push(width);
+            }
+        }
+    }
+    let range = wide.first().zip(wide.last()).map(|(a, b)| (a.at as f64, b.at as f64)).ok_or(Refusal::NoBody)?;
+    let fit = |points: &[(f64, f64)]| Curve::fit(points, range, DEGREE_FIRST).ok_or_else(|| few(points.len()));
+    let mut outlines = [fit(&guesses[0])?, fit(&guesses[1])?];
+    widths.retain(|w| w.is_finite());
+    // The middle half of a normal distribution is 1.349 deviations wide; a mean of five px has a variance of two px².
+    let seen = median(widths) / 1.349;
+    let mut blur_px = (seen * seen - 2.0).max(0.0).sqrt().clamp(1.0, BLUR_PX.1);
+    for _ in 0..ROUNDS {
+        let mut points: [Vec<(f64, f64)>; 2] = [vec![], vec![]];
+        let (mut wider, mut weights) = (0.0, 0.0);
+        for row in wide {
+            let y = row.at as f64;
+            for (side, outline) in outlines.iter().enumerate() {
+                let (slope, _) = outline.derivatives(y);
+                let Some(found) = seeker.edge(row.at, outline.at(y), slope, blur_px, true) else { continue };
+                // Along the row it looks wider.
+                let seen = slope.mul_add(slope, 1.0).sqrt();
+                let step = found.edge.blur_step / seen;
+                if step.abs() < blur_px {
+                    wider += found.edge.blur_weight * seen * seen * step;
+                    weights += found.edge.blur_weight * seen * seen;
+                }
+                points[side].push((y, found.at));
+            }
+        }
+        outlines = [fit(&points[0])?, fit(&points[1])?];
+        if weights > 0.0 {
+            blur_px = (blur_px + wider / weights).clamp(BLUR_PX.0, BLUR_PX.1);
+        }
+    }
+    Ok((outlines, blur_px))
+}
+
+/// The edges of every row, one step from the first outlines.
+fn every(seeker: &mut Seeker, outlines: &Outlines, blur_px: f64, wide: &[Row]) -> [Vec<Found>; 2] {
+    let Some((first, last)) = wide.first().zip(wide.last()) else { return [vec![], vec![]] };
+    let mut found = [vec![], vec![]];
+    let width = |y: f64| outlines[1].at(y) - outlines[0].at(y);
+    let widest = wide.iter().map(|row| width(row.at as f64)).fold(0.0, f64::max);
+    for row in first.at..=last.at.min(seeker.rows.count() - 1) {
+        let y = row as f64;
+        // Beyond what the largest width is told by, some rows are enough for the profile.
+        if width(y) < THIN_SHARE * widest && row % PROFILE_STEP != 0 {
+            continue;
+        }
+        for (side, outline) in outlines.iter().enumerate() {
+            let (slope, _) = outline.derivatives(y);
+            found[side].extend(seeker.edge(row, outline.at(y), slope, blur_px, false));
+        }
+    }
+    found
+}
+
+/// Marks edges that are none, though something is there: a line that is no blurred step, or one of another height than its neighbours'.
+fn sound(mut side: Vec<Found>) -> Vec<Found> {
+    let freedom = |f: &Found| f.edge.left.1.max(1) as f64;
+    let usual = median(side.iter().map(|f| f.edge.left.0 / freedom(f)).collect());
+    let heights: Vec<(f64, f64)> = side.iter().map(|f| (f.row, f.edge.levels.1 - f.edge.levels.0)).collect();
+    let range = side.first().zip(side.last()).map_or((0.0, 0.0), |(a, b)| (a.row, b.row));
+    let smooth = Curve::fit(&heights, range, DEGREE_HEIGHT);
+    for (f, (row, height)) in side.iter_mut().zip(&heights) {
+        let is_step = f.edge.left.0 / freedom(f) <= ODD_NOISE * usual + QUANTISED;
+        let is_like = smooth.as_ref().is_none_or(|curve| {
+            let expected = curve.at(*row);
+            (height - expected).abs() <= (ODD_STDS * curve.left).max(ODD_HEIGHT * expected.abs())
+        });
+        f.is_sound = is_step && is_like;
+    }
+    side
+}
+
+/// From edges to the largest width.
+fn measure(
+    rows: &Rows,
+    body: &Body,
+    found: &[Vec<Found>; 2],
+    blur_px: f64,
+    clipped: f64,
+    straight: &dyn Fn(Place) -> Option<Place>,
+) -> Result<Diameter, Refusal> {
+    let on_picture = |is_sound: bool| {
+        found.each_ref().map(|side| {
+            let asked = side.iter().filter(|f| f.is_sound == is_sound);
+            asked.filter_map(|f| straight(rows.place(f.row, f.at))).collect::<Vec<Place>>()
+        })
+    };
+    let (places, odd) = (on_picture(true), on_picture(false));
+    let looked_for = found[0].len().max(found[1].len());
+    let few = || Refusal::FewEdges { found: places[0].len().min(places[1].len()), of: looked_for };
+    // Turned about the middle, so that the axis stands upright: u across, v along.
+    let n = (places[0].len() + places[1].len()) as f64;
+    let middle = places.iter().flatten().sum::<Place>() / n;
+    let upright = match body.axis {
+        Axis::Vertical => Vector2::new(0.0, 1.0),
+        Axis::Horizontal => Vector2::new(1.0, 0.0),
+    };
+    let mut along = upright;
+    let across = |along: Vector2<f64>| match body.axis {
+        Axis::Vertical => Vector2::new(along.y, -along.x),
+        Axis::Horizontal => Vector2::new(-along.y, along.x),
+    };
+    let turned = |along: Vector2<f64>| {
+        places.each_ref().map(|side| {
+            let of = |p: &Place| ((p - middle).dot(&along), (p - middle).dot(&across(along)));
+            side.iter().map(of).collect::<Vec<(f64, f64)>>()
+        })
+    };
+    let mut range = (0.0, 0.0);
+    // A body that is nearly round hardly shows how it is turned: secants find what single steps creep up to.
+    let (mut turn, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
+    for _ in 0..AXIS_ROUNDS {
+        let points = turned(along);
+        let whole = common(&points).ok_or_else(few)?;
+        let of = |i: usize| Curve::fit(&points[i], whole, DEGREE_FIRST).ok_or_else(few);
+        let curves = [of(0)?, of(1)?];
+        range = wide_part(&curves);
+        let slope = middle_slope(&curves, range);
+        if slope.abs() < STRAIGHT {
+            break;
+        }
+        let step = match last {
+            Some((before, then)) if (slope - then).abs() > 0.1 * (turn - before).abs() => {
+                (-slope * (turn - before) / (slope - then)).clamp(-TURN_MAX, TURN_MAX)
+            }
+            _ => slope,
+        };
+        last = Some((turn, slope));
+        turn += step;
+        along = (upright + across(upright) * turn.tan()).normalize();
+    }
+    let points = turned(along);
+    let (curves, degree) = Curve::pair([&points[0], &points[1]], range, DEGREE_MAX).ok_or_else(few)?;
+    let width = |v: f64| curves[1].at(v) - curves[0].at(v);
+    let at = largest(&width, range);
+    let is_cut = body.rows.first().is_some_and(|row| is_at_end(row, body))
+        || body.rows.last().is_some_and(|row| is_at_end(row, body));
+    // Widest at the end of what is seen, and still growing: more lies outside.
+    let grows = (width(range.1) - width(range.0)).abs() > 0.01 * width(at);
+    let is_end = (at - range.0).min(range.1 - at) < 0.02 * (range.1 - range.0);
+    if is_cut && degree > 0 && is_end && grows && ends_at_border(body, middle + along * at) {
+        return Err(Refusal::Border);
+    }
+    let curvature = |curve: &Curve| {
+        let (slope, second) = curve.derivatives(at);
+        second / (1.0 + slope * slope).powf(1.5)
+    };
+    // Seen from the body, the left edge is hollow where its second derivative is negative.
+    let bulge = if degree > 0 { curvature(&curves[0]) - curvature(&curves[1]) } else { 0.0 };
+    let shift_px = 0.5 * blur_px * blur_px * bulge;
+    let noise_std = curves[0].std_at(at).hypot(curves[1].std_at(at));
+    let std_px = noise_std.hypot(FLOOR_PX).hypot(SHIFT_SHARE * shift_px);
+    let back = |v: f64, u: f64| middle + along * v + across(along) * u;
+    let squares: f64 = found.iter().flatten().map(|f| f.edge.left.0).sum();
+    let freedom: usize = found.iter().flatten().map(|f| f.edge.left.1).sum();
+    let noise = (squares / freedom.max(1) as f64).sqrt();
+    let contrast = median(found.iter().flatten().map(|f| (f.edge.levels.1 - f.edge.levels.0).abs()).collect());
+    let expected = median(found.iter().flatten().map(|f| noise * f.edge.std_per_step).collect());
+    let rough = curves[0].left.max(curves[1].left) / expected.max(f64::MIN_POSITIVE);
+    let in_range = |p: &&(f64, f64)| p.0 >= range.0 && p.0 <= range.1;
+    let odd_here =
+        odd.iter().flatten().map(|p| (p - middle).dot(&along)).filter(|v| *v >= range.0 && *v <= range.1).count();
+    let asked: usize = points.iter().flatten().filter(in_range).count() + odd_here;
+    let strays = 1.0 - (curves[0].n() + curves[1].n()) as f64 / asked.max(1) as f64;
+    let mut flags = Vec::new();
+    if body.axis_is_guessed {
+        flags.push(Flag::AxisGuessed);
+    }
+    if is_cut && body.rows.iter().any(|row| is_at_end(row, body) && is_thick(row, width(at))) {
+        flags.push(Flag::Cut);
+    }
+    if clipped > 0.01 {
+        flags.push(Flag::Clipped(clipped));
+    }
+    if strays > 0.05 {
+        flags.push(Flag::Strays(strays));
+    }
+    if rough > 2.0 {
+        flags.push(Flag::Rough(rough));
+    }
+    if blur_px > 4.0 {
+        flags.push(Flag::Blurred(blur_px));
+    }
+    let edges = [0, 1].map(|i| {
+        let become_of = |((place, (v, _)), used): ((&Place, &(f64, f64)), &bool)| {
+            let what = match (used, *v >= range.0 && *v <= range.1) {
+                (true, _) => EdgeUse::Used,
+                (false, false) => EdgeUse::Beyond,
+                (false, true) => EdgeUse::Odd,
+            };
+            (*place, what)
+        };
+        let found = places[i].iter().zip(&points[i]).zip(&curves[i].used).map(become_of);
+        found.chain(odd[i].iter().map(|place| (*place, EdgeUse::Odd))).collect()
+    });
+    Ok(Diameter {
+        width_px: width(at) + shift_px,
+        std_px,
+        ends: [back(at, curves[0].at(at)), back(at, curves[1].at(at))],
+        axis: along,
+        blur_px,
+        contrast,
+        noise,
+        shift_px,
+        degree,
+        edges,
+        profile: profile(&points, at, curves[0].left.hypot(curves[1].left)),
+        flags,
+    })
+}
+
+fn is_at_end(row: &Row, body: &Body) -> bool {
+    row.at < body.lines.0 + body.step || row.at + body.step > body.lines.1
+}
+
+fn is_thick(row: &Row, width: f64) -> bool {
+    (row.span.1 - row.span.0) as f64 > 0.7 * width
+}
+
+/// Whether a place on the axis lies at the end of what was looked at.
+fn ends_at_border(body: &Body, place: Place) -> bool {
+    let row = match body.axis {
+        Axis::Vertical => place.y,
+        Axis::Horizontal => place.x,
+    };
+    let (first, last) = (body.lines.0 as f64, body.lines.1 as f64);
+    let near = 3.0 * body.step as f64 + 0.03 * (last - first);
+    row < first + near || row > last - near
+}
+
+/// The slope of the middle between two curves, by a straight line through it.
+fn middle_slope(curves: &[Curve; 2], (from, to): (f64, f64)) -> f64 {
+    let (mut tt, mut tm) = (0.0, 0.0);
+    for i in 0..=PLACES {
+        let v = from + (to - from) * i as f64 / PLACES as f64;
+        let t = v - f64::midpoint(from, to);
+        tt += t * t;
+        tm += t * f64::midpoint(curves[0].at(v), curves[1].at(v));
+    }
+    tm / tt
+}
+
+/// The part of the axis along which both sides have edges.
+fn common(points: &[Vec<(f64, f64)>; 2]) -> Option<(f64, f64)> {
+    let ends = |side: &Vec<(f64, f64)>| {
+        side.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (v, _)| (a.min(*v), b.max(*v)))
+    };
+    let ((a, b), (c, d)) = (ends(&points[0]), ends(&points[1]));
+    (a.max(c) < b.min(d)).then_some((a.max(c), b.min(d)))
+}
+
+/// The part about the widest place where the body is nearly as wide.
+fn wide_part(curves: &[Curve; 2]) -> (f64, f64) {
+    let (from, to) = curves[0].range();
+    let at = |i: usize| from + (to - from) * i as f64 / PLACES as f64;
+    let widths: Vec<f64> = (0..=PLACES).map(|i| curves[1].at(at(i)) - curves[0].at(at(i))).collect();
+    let top = (0..=PLACES).max_by(|a, b| widths[*a].total_cmp(&widths[*b])).unwrap_or(0);
+    let is_wide = |i: &usize| widths[*i] > WIDE_SHARE * widths[top];
+    let first = (0..=top).rev().take_while(is_wide).last().unwrap_or(top);
+    let last = (top..=PLACES).take_while(is_wide).last().unwrap_or(top);
+    (at(first), at(last))
+}
+
+/// Where a smooth function is largest.
+fn largest(of: &dyn Fn(f64) -> f64, (from, to): (f64, f64)) -> f64 {
+    let step = (to - from) / PLACES as f64;
+    let at = |i: usize| from + step * i as f64;
+    let top = (0..=PLACES).max_by(|a, b| of(at(*a)).total_cmp(&of(at(*b)))).unwrap_or(0);
+    if top == 0 || top == PLACES {
+        return at(top);
+    }
+    // The top of a parabola through three places.
+    let (a, b, c) = (of(at(top - 1)), of(at(top)), of(at(top + 1)));
+    let bend = a - 2.0 * b + c;
+    if bend < 0.0 { at(top) + 0.5 * step * (a - c) / bend } else { at(top) }
+}
+
+/// Widths all along: between the edges of one side and the line through the nearest two of the other.
+fn profile(points: &[Vec<(f64, f64)>; 2], origin: f64, std_px: f64) -> Vec<Width> {
+    let mut right = points[1].clone();
+    right.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut left = points[0].clone();
+    left.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let width = |&(v, u): &(f64, f64)| {
+        let i = right.partition_point(|p| p.0 < v);
+        let (a, b) = (right.get(i.checked_sub(1)?)?, right.get(i)?);
+        let part = (v - a.0) / (b.0 - a.0);
+        let other = a.1 + part * (b.1 - a.1);
+        (b.0 - a.0 < 3.0 && part.is_finite()).then_some(Width { along_px: v - origin, width_px: other - u, std_px })
+    };
+    left.iter().filter_map(width).collect()
+}

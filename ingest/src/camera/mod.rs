@@ -1,0 +1,14 @@
+//! Lengths, angles and areas from pictures.
+
+pub mod calibrate;
+pub mod chessboard;
+mod curve;
+pub mod decode;
+pub mod diameter;
+pub mod edge;
+pub mod lens;
+pub mod opencv;
+pub mod picture;
+pub mod scale;
+pub mod silhouette;
+pub mod task;

@@ -1,0 +1,543 @@
+//! Which part of a picture is the body: a coarse outline, from which edges are looked for.
+//!
+//! ```text
+//! grid of pixels --> light of the background (a surface of second order) --> threshold by Otsu --> specks off, holes shut
+//!                --> the part with the largest circle in it that is free on both sides --> its rows
+//! ```
+//!
+//! Everything here is good to one step of the grid. What is thin beside the body (a mount, a cable) or reaches from border to border (a
+//! table, a frame) is no body.
+
+use std::fmt;
+
+use image::{GrayImage, Luma};
+use imageproc::contrast::otsu_level;
+use imageproc::distance_transform::{Norm, euclidean_squared_distance_transform};
+use imageproc::morphology::open_mut;
+use imageproc::region_labelling::{Connectivity, connected_components};
+
+use super::picture::Picture;
+
+/// The shorter side of the grid has about so many points; of the coarsest, and of the finest that is tried.
+const GRID: (usize, usize) = (68, 540);
+
+/// The coarsest step of the grid, in px.
+const STEP_MAX: usize = 16;
+
+/// A body has a circle of so many steps in it, at least; a finer grid is tried below the second.
+const RADIUS_MIN: f64 = 2.0;
+const RADIUS_GOOD: f64 = 4.0;
+
+/// Another part whose circle is larger than this share of the body's is another body.
+const OTHER_SHARE: f64 = 0.5;
+
+/// Levels that are nearer to each other, in steps of brightness, or in standard deviations of the background, are one.
+const CONTRAST_MIN: f64 = 6.0;
+const CONTRAST_NOISES: f64 = 4.0;
+
+/// Pixels within this share of the largest circle of an edge say nothing of the axis: a mount is thinner.
+const THIN_SHARE: f64 = 0.35;
+
+/// A body whose spread along and across differ by less than this share has no axis of its own.
+const ROUND_SHARE: f64 = 0.1;
+
+/// One that reaches out of the picture may be wider than it is long by such a share, as far as it is seen.
+const UNSURE_SHARE: f64 = 0.25;
+
+/// A mount is thinner than this share of the body, and does not become so many times as thick over so many lines of the grid.
+const MOUNT_SHARE: f64 = 0.6;
+const MOUNT_GROWTH: f64 = 1.25;
+const MOUNT_LINES: usize = 4;
+
+/// Light is looked at so often, without what a threshold took for the body.
+const LIGHT_ROUNDS: usize = 1;
+
+/// One of so many places tells the light: a prime, so that they lie everywhere.
+const SURFACE_STEP: usize = 7;
+
+/// How the axis of a body lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// More up and down than across: widths are measured along rows.
+    Vertical,
+    /// More across: along columns.
+    Horizontal,
+}
+
+/// What is sought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sought {
+    /// How the axis lies; `None`: as the longer side of the body.
+    pub axis: Option<Axis>,
+    /// Whether the body is darker than what is around; `None`: what lies at the border is around.
+    pub is_dark: Option<bool>,
+    /// Where it is looked for: left, top, width, height, in px; `None`: everywhere.
+    pub region: Option<[usize; 4]>,
+}
+
+/// Why there is no body, or no measurement.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Refusal {
+    /// Brightness has no two levels.
+    NoContrast {
+        /// How far apart they are, in steps of brightness.
+        steps: f64,
+    },
+    /// Nothing is large enough and free on both sides.
+    NoBody,
+    /// Two or more of like size.
+    SeveralBodies {
+        /// The radius of the second one's circle over the first one's.
+        share: f64,
+    },
+    /// The body reaches out of the picture where it would be measured.
+    Border,
+    /// The picture is as bright, or as dark, as it can be beside the edges.
+    Saturated {
+        /// The share of edges where it is so.
+        share: f64,
+    },
+    /// Too few edges were found.
+    FewEdges {
+        /// Found.
+        found: usize,
+        /// Looked for.
+        of: usize,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoContrast { steps } => {
+                write!(
+                    f,
+                    "no body: brightness has no two levels, they lie {steps:.1} of 255 steps apart; light the body from behind"
+                )
+            }
+            Self::NoBody => write!(
+                f,
+                "no body: nothing large stands free of the border on both sides; name the `region` it lies in"
+            ),
+            Self::SeveralBodies { share } => write!(
+                f,
+                "several bodies: the second is {:.0} % as thick as the first; name the `region` of the one to measure",
+                100.0 * share
+            ),
+            Self::Border => write!(
+                f,
+                "the body touches the border where it is widest: more of it may lie outside; if that is along its axis, say which `axis` it has"
+            ),
+            Self::Saturated { share } => write!(
+                f,
+                "saturated: at {:.0} % of the edges the picture is as bright or as dark as it can be, so that nobody knows where half of the \
+                 way is; expose less, or more",
+                100.0 * share
+            ),
+            Self::FewEdges { found, of } => {
+                write!(f, "edges were found in {found} of {of} lines only: blurred, covered or without contrast")
+            }
+        }
+    }
+}
+
+/// A body, row by row of a grid; rows are columns of the picture where its axis is horizontal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// How its axis lies.
+    pub axis: Axis,
+    /// Whether that was guessed: it is about as long as it is wide.
+    pub axis_is_guessed: bool,
+    /// Whether it is darker than what is around.
+    pub is_dark: bool,
+    /// The distance of rows, in px.
+    pub step: usize,
+    /// Rows, each with where the body begins and ends in it, in px: up to one step off.
+    pub rows: Vec<Row>,
+    /// First and last px across which rows were looked for.
+    pub lines: (usize, usize),
+    /// Which of the rows goes through the largest circle in it.
+    pub deepest: usize,
+    /// The radius of the largest circle in it, in px.
+    pub radius: f64,
+}
+
+/// A row of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Where it lies, in px.
+    pub at: usize,
+    /// First and last px of the body.
+    pub span: (usize, usize),
+    /// Whether it is free of the border on both sides.
+    pub is_free: bool,
+}
+
+/// Brightness on a grid.
+struct Grid {
+    step: usize,
+    origin: (usize, usize),
+    width: usize,
+    height: usize,
+    values: Vec<f32>,
+}
+
+impl Grid {
+    fn of(picture: &Picture, [left, top, across, down]: [usize; 4], step: usize) -> Option<Self> {
+        let (width, height) = (across / step, down / step);
+        if width < 4 || height < 4 {
+            return None;
+        }
+        let origin = (left + step / 2, top + step / 2);
+        let at = |i: usize| picture.luma(origin.0 + (i % width) * step, origin.1 + (i / width) * step);
+        Some(Self { step, origin, width, height, values: (0..width * height).map(at).collect() })
+    }
+
+    fn place(&self, i: usize) -> (f64, f64) {
+        let centred = |k: usize, n: usize| 2.0 * k as f64 / n as f64 - 1.0;
+        (centred(i % self.width, self.width), centred(i / self.width, self.height))
+    }
+
+    fn is_border(&self, i: usize) -> bool {
+        let (x, y) = (i % self.width, i / self.width);
+        x == 0 || y == 0 || x + 1 == self.width || y + 1 == self.height
+    }
+}
+
+/// The body of a picture.
+///
+/// # Errors
+/// Why there is none.
+pub fn body(picture: &Picture, sought: Sought) -> Result<Body, Refusal> {
+    let (w, h) = (picture.width(), picture.height());
+    let [left, top, across, down] = sought.region.unwrap_or([0, 0, w, h]);
+    let (left, top) = (left.min(w), top.min(h));
+    let region = [left, top, across.min(w - left), down.min(h - top)];
+    let shorter = region[2].min(region[3]);
+    let mut step = (shorter / GRID.0).clamp(1, STEP_MAX);
+    loop {
+        let found = on_grid(picture, sought, region, step);
+        let is_good = found.as_ref().is_ok_and(|body| body.radius >= RADIUS_GOOD * step as f64);
+        let finer = step / 2;
+        if is_good || finer == 0 || shorter / finer > GRID.1 {
+            return found;
+        }
+        step = finer;
+    }
+}
+
+/// The same on a grid of so many px.
+fn on_grid(picture: &Picture, sought: Sought, region: [usize; 4], step: usize) -> Result<Body, Refusal> {
+    let grid = Grid::of(picture, region, step).ok_or(Refusal::NoBody)?;
+    let (mask, is_dark) = mask(&grid, sought.is_dark)?;
+    let mask = without_holes(&grid, &mask);
+    // To what is not the body, in steps; the frame of the grid is around, too.
+    let squares = euclidean_squared_distance_transform(&framed(&grid, &mask));
+    let depths: Vec<f64> = squares
+        .as_raw()
+        .chunks_exact(grid.width + 2)
+        .skip(1)
+        .take(grid.height)
+        .flat_map(|row| row[1..=grid.width].iter().map(|d| d.sqrt()))
+        .collect();
+    let labels = connected_components(&grey(grid.width, grid.height, &mask), Connectivity::Four, Luma([0])).into_raw();
+    let (free_rows, free_columns) = (free(&grid, &mask, false), free(&grid, &mask, true));
+    // The deepest place of each part, where it is free on both sides.
+    let parts = labels.iter().copied().max().unwrap_or(0) as usize;
+    let mut deepest: Vec<(f64, usize)> = vec![(0.0, 0); parts + 1];
+    for (i, (label, depth)) in labels.iter().zip(&depths).enumerate() {
+        let allowed = match sought.axis {
+            Some(Axis::Vertical) => free_rows[i],
+            Some(Axis::Horizontal) => free_columns[i],
+            None => free_rows[i] || free_columns[i],
+        };
+        let best = &mut deepest[*label as usize];
+        if *label > 0 && allowed && *depth > best.0 {
+            *best = (*depth, i);
+        }
+    }
+    let (part, &(radius, _)) =
+        deepest.iter().enumerate().max_by(|a, b| a.1.0.total_cmp(&b.1.0)).ok_or(Refusal::NoBody)?;
+    if radius < RADIUS_MIN {
+        return Err(Refusal::NoBody);
+    }
+    let second = deepest.iter().enumerate().filter(|(i, _)| *i != part).map(|(_, d)| d.0).fold(0.0, f64::max);
+    if second > OTHER_SHARE * radius {
+        return Err(Refusal::SeveralBodies { share: second / radius });
+    }
+    let is_part = |i: usize| labels[i] as usize == part;
+    let is_thick = |i: &usize| is_part(*i) && depths[*i] > THIN_SHARE * radius;
+    let thick: Vec<usize> = (0..labels.len()).filter(is_thick).collect();
+    let (along, across) = spread(&grid, &thick);
+    let longer = if along >= across { Axis::Vertical } else { Axis::Horizontal };
+    let apart = (along - across).abs() / along.max(across);
+    let place = deepest[part].1;
+    let (axis, axis_is_guessed) = match (sought.axis, free_rows[place], free_columns[place]) {
+        (Some(axis), ..) => (axis, false),
+        (None, true, true) if apart < ROUND_SHARE => (Axis::Vertical, true),
+        (None, true, true) => (longer, false),
+        // Out of the picture one way: on a mount, or cut. On a mount the axis goes that way; cut, the other way is across, unless the longer
+        // side says otherwise.
+        (None, rows_are_free, _) => {
+            let axis = if rows_are_free { Axis::Vertical } else { Axis::Horizontal };
+            let is_cut = axis != longer && !is_mounted(&grid, axis, &is_part, place);
+            if is_cut && apart > UNSURE_SHARE {
+                return Err(Refusal::Border);
+            }
+            (axis, is_cut)
+        }
+    };
+    let lines = match axis {
+        Axis::Vertical => (region[1], region[1] + region[3] - 1),
+        Axis::Horizontal => (region[0], region[0] + region[2] - 1),
+    };
+    let (rows, deepest) = rows(&grid, axis, &|x, y| is_part(y * grid.width + x), deepest[part].1);
+    Ok(Body {
+        axis,
+        axis_is_guessed,
+        is_dark,
+        step: grid.step,
+        rows,
+        lines,
+        deepest,
+        radius: radius * grid.step as f64,
+    })
+}
+
+/// Pixels of images are counted in 32 bits; grids are smaller.
+fn index(i: usize) -> u32 {
+    u32::try_from(i).unwrap_or(u32::MAX)
+}
+
+/// A mask as a picture.
+fn grey(width: usize, height: usize, mask: &[bool]) -> GrayImage {
+    let pixels = mask.iter().map(|b| if *b { 255 } else { 0 }).collect();
+    GrayImage::from_raw(index(width), index(height), pixels).unwrap_or_default()
+}
+
+/// What is around a mask, with a frame of one.
+fn framed(grid: &Grid, mask: &[bool]) -> GrayImage {
+    let mut around = vec![true; (grid.width + 2) * (grid.height + 2)];
+    for (row, of) in mask.chunks_exact(grid.width).zip(around.chunks_exact_mut(grid.width + 2).skip(1)) {
+        of[1..=grid.width].iter_mut().zip(row).for_each(|(to, from)| *to = !from);
+    }
+    grey(grid.width + 2, grid.height + 2, &around)
+}
+
+/// Where the body is, and whether it is the darker one.
+fn mask(grid: &Grid, is_dark: Option<bool>) -> Result<(Vec<bool>, bool), Refusal> {
+    let mut light = vec![1.0; grid.values.len()];
+    let mut round = 0;
+    loop {
+        let even: Vec<f32> = grid.values.iter().zip(&light).map(|(v, l)| v / l).collect();
+        let (low, high) = even.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        if !(f64::from(high - low) > CONTRAST_MIN) {
+            return Err(Refusal::NoContrast { steps: f64::from(high - low).max(0.0) });
+        }
+        let scale = 255.0 / (high - low);
+        // Between 0 and 255 by construction.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let levels: Vec<u8> = even.iter().map(|v| ((v - low) * scale) as u8).collect();
+        let image = GrayImage::from_raw(index(grid.width), index(grid.height), levels).unwrap_or_default();
+        let limit = otsu_level(&image);
+        let dark = |i: usize| image.as_raw()[i] <= limit;
+        let border = || (0..even.len()).filter(|&i| grid.is_border(i));
+        let dark_border = border().filter(|&i| dark(i)).count();
+        let is_dark = is_dark.unwrap_or(2 * dark_border < border().count());
+        let body: Vec<bool> = (0..even.len()).map(|i| dark(i) == is_dark).collect();
+        if round == LIGHT_ROUNDS {
+            let (mut inside, mut outside) = (Mean::default(), Mean::default());
+            even.iter().zip(&body).for_each(|(v, b)| if *b { inside.add(*v) } else { outside.add(*v) });
+            let contrast = (inside.mean() - outside.mean()).abs();
+            if !(contrast > CONTRAST_MIN) {
+                return Err(Refusal::NoContrast { steps: contrast });
+            }
+            // A cut through one level of noise lies 1.6 of its deviations between the means of its halves.
+            if contrast < CONTRAST_NOISES * outside.std() {
+                return Err(Refusal::NoBody);
+            }
+            let mut mask = grey(grid.width, grid.height, &body);
+            open_mut(&mut mask, Norm::L1, 1);
+            return Ok((mask.into_raw().into_iter().map(|v| v > 0).collect(), is_dark));
+        }
+        light = surface(grid, &body);
+        round += 1;
+    }
+}
+
+/// Mean and standard deviation.
+#[derive(Default)]
+struct Mean {
+    n: f64,
+    sum: f64,
+    squares: f64,
+}
+
+impl Mean {
+    fn add(&mut self, value: f32) {
+        let value = f64::from(value);
+        self.n += 1.0;
+        self.sum += value;
+        self.squares += value * value;
+    }
+
+    fn mean(&self) -> f64 {
+        self.sum / self.n.max(1.0)
+    }
+
+    fn std(&self) -> f64 {
+        (self.squares / self.n.max(1.0) - self.mean().powi(2)).max(0.0).sqrt()
+    }
+}
+
+/// The light of the background as a surface of second order over the grid, over its mean; one where it cannot be told.
+fn surface(grid: &Grid, body: &[bool]) -> Vec<f32> {
+    let terms = |i: usize| {
+        let (x, y) = grid.place(i);
+        nalgebra::Vector6::new(1.0, x, y, x * x, x * y, y * y)
+    };
+    let (mut normal, mut right) = (nalgebra::Matrix6::zeros(), nalgebra::Vector6::zeros());
+    // A smooth surface is told by some thousand places.
+    for i in (0..grid.values.len()).step_by(SURFACE_STEP).filter(|&i| !body[i]) {
+        let t = terms(i);
+        normal += t * t.transpose();
+        right += t * f64::from(grid.values[i]);
+    }
+    let none = || vec![1.0; grid.values.len()];
+    let Some(solved) = normal.cholesky().map(|c| c.solve(&right)) else { return none() };
+    let light: Vec<f64> = (0..grid.values.len()).map(|i| terms(i).dot(&solved)).collect();
+    let mean = light.iter().sum::<f64>() / light.len() as f64;
+    let lowest = light.iter().copied().fold(f64::INFINITY, f64::min);
+    // A light that goes out somewhere is none.
+    if !(mean > 0.0 && lowest > 0.1 * mean) {
+        return none();
+    }
+    // Brightness itself is held in single precision.
+    #[allow(clippy::cast_possible_truncation)]
+    light.iter().map(|l| (l / mean) as f32).collect()
+}
+
+/// Shuts what the body encloses: glare, a hole.
+fn without_holes(grid: &Grid, mask: &[bool]) -> Vec<bool> {
+    let labels = connected_components(&framed(grid, mask), Connectivity::Four, Luma([0])).into_raw();
+    let outside = labels.first().copied().unwrap_or(0);
+    let rows = labels.chunks_exact(grid.width + 2).skip(1).take(grid.height);
+    rows.flat_map(|row| row[1..=grid.width].iter().map(|label| *label != outside)).collect()
+}
+
+/// Pixels of the body whose run along the row, or the column, ends before the border on both sides.
+fn free(grid: &Grid, mask: &[bool], columns: bool) -> Vec<bool> {
+    let (lines, length) = if columns { (grid.width, grid.height) } else { (grid.height, grid.width) };
+    let at = |line: usize, i: usize| if columns { i * grid.width + line } else { line * grid.width + i };
+    let mut free = vec![false; mask.len()];
+    for line in 0..lines {
+        let mut i = 0;
+        while i < length {
+            let from = i;
+            while i < length && mask[at(line, i)] {
+                i += 1;
+            }
+            if from > 0 && i < length {
+                (from..i).for_each(|k| free[at(line, k)] = true);
+            }
+            i += 1;
+        }
+    }
+    free
+}
+
+/// Whether a part reaches the border along an axis by a mount: something thin that does not widen there.
+fn is_mounted(grid: &Grid, axis: Axis, is_part: &dyn Fn(usize) -> bool, deepest: usize) -> bool {
+    let (lines, length) = match axis {
+        Axis::Vertical => (grid.height, grid.width),
+        Axis::Horizontal => (grid.width, grid.height),
+    };
+    let count = |line: usize| {
+        let at = |i: usize| match axis {
+            Axis::Vertical => line * grid.width + i,
+            Axis::Horizontal => i * grid.width + line,
+        };
+        (0..length).filter(|&i| is_part(at(i))).count()
+    };
+    let middle = match axis {
+        Axis::Vertical => deepest / grid.width,
+        Axis::Horizontal => deepest % grid.width,
+    };
+    let width = count(middle) as f64;
+    let is_thin = |line: usize, behind: usize| {
+        let (here, there) = (count(line) as f64, count(behind) as f64);
+        here < MOUNT_SHARE * width && there < MOUNT_GROWTH * here + 1.0
+    };
+    let reach = MOUNT_LINES.min(lines / 4);
+    [(0, reach), (lines - 1, lines - 1 - reach)]
+        .into_iter()
+        .all(|(line, behind)| count(line) == 0 || is_thin(line, behind))
+}
+
+/// How far places spread down and across.
+fn spread(grid: &Grid, places: &[usize]) -> (f64, f64) {
+    let (mut down, mut across) = (Mean::default(), Mean::default());
+    for i in places {
+        // Grids have a few hundred lines.
+        #[allow(clippy::cast_possible_truncation)]
+        let of = |k: usize| k as f32;
+        down.add(of(i / grid.width));
+        across.add(of(i % grid.width));
+    }
+    (down.std(), across.std())
+}
+
+/// The rows of a part, and which of them is the deepest: from the deepest place up and down, as long as a run overlaps the one before.
+fn rows(grid: &Grid, axis: Axis, is_part: &dyn Fn(usize, usize) -> bool, deepest: usize) -> (Vec<Row>, usize) {
+    let (x, y) = (deepest % grid.width, deepest / grid.width);
+    let (line, place, lines, length) = match axis {
+        Axis::Vertical => (y, x, grid.height, grid.width),
+        Axis::Horizontal => (x, y, grid.width, grid.height),
+    };
+    let is_body = |line: usize, i: usize| match axis {
+        Axis::Vertical => is_part(i, line),
+        Axis::Horizontal => is_part(line, i),
+    };
+    let (first, across) = match axis {
+        Axis::Vertical => (grid.origin.1, grid.origin.0),
+        Axis::Horizontal => (grid.origin.0, grid.origin.1),
+    };
+    // The longest run of a line that overlaps another.
+    let run = |line: usize, near: (usize, usize)| {
+        let mut best: Option<(usize, usize)> = None;
+        let mut i = 0;
+        while i < length {
+            let from = i;
+            while i < length && is_body(line, i) {
+                i += 1;
+            }
+            let overlaps = i > from && from <= near.1 && i > near.0;
+            if overlaps && best.is_none_or(|(a, b)| i - 1 - from > b - a) {
+                best = Some((from, i - 1));
+            }
+            i += 1;
+        }
+        best
+    };
+    let mut found: Vec<(usize, (usize, usize))> = Vec::new();
+    let mut near = (place, place);
+    for l in (0..=line).rev() {
+        let Some(span) = run(l, near) else { break };
+        found.push((l, span));
+        near = span;
+    }
+    found.reverse();
+    let middle = found.len().saturating_sub(1);
+    let mut near = found.last().map_or((place, place), |(_, span)| *span);
+    for l in line + 1..lines {
+        let Some(span) = run(l, near) else { break };
+        found.push((l, span));
+        near = span;
+    }
+    let row = |(l, (from, to)): (usize, (usize, usize))| Row {
+        at: first + l * grid.step,
+        span: (across + from * grid.step, across + to * grid.step),
+        is_free: from > 0 && to + 1 < length,
+    };
+    (found.into_iter().map(row).collect(), middle)
+}

@@ -1,0 +1,238 @@
+//! Photographs through the binary: `measure`, and sessions whose channel is what is measured in pictures.
+
+// In a test a panic is how a failure is told.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod common;
+#[path = "common/photo.rs"]
+mod photo;
+
+use std::fs;
+use std::path::Path;
+
+use common::pneuval;
+use image::ImageFormat;
+use photo::Photo;
+use serde_json::Value;
+
+fn measured(folder: &Path, arguments: &[&str]) -> (i32, Vec<Value>, String) {
+    let said = pneuval(folder, &[&["measure", "diameter"], arguments, &["--json"]].concat());
+    (said.code, serde_json::from_str(&said.out).unwrap_or_default(), said.err)
+}
+
+fn number(told: &Value, name: &str) -> (f64, f64) {
+    let value = told["values"].as_array().unwrap().iter().find(|v| v["name"] == name).unwrap();
+    (value["value"].as_f64().unwrap(), value["std"].as_f64().unwrap_or(f64::NAN))
+}
+
+#[test]
+fn a_round_body_is_as_wide_as_it_is_where_the_distance_is_given_and_its_error_is_told_where_it_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, format| fs::write(folder.path().join(name), Photo::default().bytes(format)).unwrap();
+    for (name, format) in [("a.png", ImageFormat::Png), ("b.jpg", ImageFormat::Jpeg), ("c.tif", ImageFormat::Tiff)] {
+        write(name, format);
+    }
+    // R = 20 mm at Z = 300 mm: 0.089 mm.
+    let (code, told, _) = measured(folder.path(), &[".", "--scale", "0.1mm", "--distance", "300mm+-1"]);
+    assert_eq!((code, told.len()), (0, 3), "{told:?}");
+    for one in &told {
+        let (value, std) = number(one, "diameter");
+        assert!((value - 40.0).abs() < 0.03 && (value - 40.0).abs() < 4.0 * std && std < 0.01, "{one}");
+    }
+    let (code, told, said) = measured(folder.path(), &["a.png", "--scale", "0.1mm"]);
+    let (value, _) = number(&told[0], "diameter");
+    assert!(code == 0 && (value - 40.089).abs() < 0.01, "{told:?}");
+    assert!(said.contains("by 0.089 mm") && said.contains("give `distance`"), "{said}");
+    // A scale that lies 10 mm before the axis is that of a nearer plane: a px is longer on the axis.
+    let (_, told, _) =
+        measured(folder.path(), &["a.png", "--scale", "0.1mm", "--distance", "300mm", "--offset", "10mm+-0.5"]);
+    let (value, std) = number(&told[0], "diameter");
+    assert!((value - 41.36).abs() < 0.05, "{told:?}");
+    assert!((std - 41.4 * 0.5 / 290.0).abs() < 0.01, "{std}");
+    // Without a scale it is px.
+    let (_, told, said) = measured(folder.path(), &["a.png"]);
+    assert!((number(&told[0], "diameter").0 - 400.89).abs() < 0.1 && told[0]["values"][0]["unit"] == "px");
+    assert!(said.contains("no scale is given"), "{said}");
+}
+
+#[test]
+fn a_picture_that_cannot_be_measured_is_told_and_the_others_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = Photo::default().bytes(ImageFormat::Png);
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).unwrap();
+    write("p10.png", &good);
+    write("p2.png", &good);
+    write("p3.png", &good[..good.len() / 2]);
+    write("p4.png", b"no picture at all");
+    let mut empty = std::io::Cursor::new(Vec::new());
+    image::GrayImage::from_pixel(64, 48, image::Luma([180])).write_to(&mut empty, ImageFormat::Png).unwrap();
+    write("p5.png", &empty.into_inner());
+    write("note.txt", b"not asked");
+    let (code, told, _) = measured(folder.path(), &[".", "--names", "p{pressure:kPa}.png"]);
+    assert_eq!(code, 3);
+    let files: Vec<&str> = told.iter().map(|t| t["file"].as_str().unwrap()).collect();
+    assert_eq!(files, ["./p2.png", "./p3.png", "./p4.png", "./p5.png", "./p10.png"]);
+    assert_eq!(told[4]["names"][0]["value"], 10.0);
+    for (i, words) in [(1, "damaged"), (2, "no PNG, JPEG or TIFF"), (3, "no body")] {
+        assert!(told[i]["refused"].as_str().unwrap().contains(words), "{}", told[i]);
+    }
+    assert!(told[0]["refused"].is_null() && told[4]["refused"].is_null());
+    // Nothing at all: exit 4, with a reason.
+    let (code, _, said) = measured(folder.path(), &["p4.png"]);
+    assert!(code == 4 && said.contains("no PNG, JPEG or TIFF"), "{said}");
+}
+
+#[test]
+fn overlays_lie_beside_the_pictures_and_never_among_them() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("photos")).unwrap();
+    let bytes = Photo::default().bytes(ImageFormat::Png);
+    fs::write(folder.path().join("photos/a.png"), &bytes).unwrap();
+    let said = pneuval(folder.path(), &["measure", "diameter", "photos", "--scale", "0.1mm", "--out", "seen"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("diameter (mm)") && said.out.contains("1 of 1 pictures measured"), "{}", said.out);
+    let drawn = image::open(folder.path().join("seen/a.png-measured.png")).unwrap().into_rgb8();
+    assert_eq!(drawn.dimensions(), (640, 420));
+    // The line of the width is green, from edge to edge.
+    let green = drawn.enumerate_pixels().filter(|(_, _, p)| p.0 == [0x00, 0xb0, 0x73]).map(|(x, ..)| x);
+    let (from, to) = green.fold((u32::MAX, 0), |(a, b), x| (a.min(x), b.max(x)));
+    assert!((395..=415).contains(&(to - from)), "{from} {to}");
+    let said = pneuval(folder.path(), &["measure", "diameter", "photos", "--out", "photos"]);
+    assert!(said.code == 2 && said.err.contains("the folder of the pictures"), "{}", said.err);
+    assert_eq!(fs::read(folder.path().join("photos/a.png")).unwrap(), bytes);
+}
+
+#[test]
+fn mistakes_of_the_command_line_are_told_with_what_to_write() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.png"), Photo::default().bytes(ImageFormat::Png)).unwrap();
+    fs::write(folder.path().join("lens.yml"), "%YAML:1.0\nfocal: 3\n").unwrap();
+    for (flag, value, words) in [
+        ("--scale", "0.1", "a unit of length"),
+        ("--scale", "0mm", "above zero"),
+        ("--scale", "1mm+-2", "above its uncertainty"),
+        ("--distance", "300kPa", "a unit of length"),
+        ("--region", "1,2,3", "left, top, width and height"),
+        ("--names", "{a}{b}", "between two fields"),
+        ("--lens", "lens.yml", "OpenCV or ROS"),
+        ("--lens", "none.yml", "none.yml"),
+    ] {
+        let said = pneuval(folder.path(), &["measure", "diameter", "a.png", flag, value]);
+        assert!(said.code == 2 && said.err.contains(words), "{flag} {value}: {}", said.err);
+    }
+}
+
+/// The experimental column of the paper's table (MPa, mm).
+const PAPER: [(&str, f64); 6] =
+    [("0.00", 30.0), ("0.01", 33.44), ("0.02", 35.67), ("0.03", 37.72), ("0.04", 39.66), ("0.05", 41.45)];
+
+#[test]
+fn photographs_of_the_papers_diameters_give_the_papers_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    for run in 1..=2_u64 {
+        let photos = folder.path().join(format!("lab/photos-{run}"));
+        fs::create_dir_all(&photos).unwrap();
+        for (i, (pressure, diameter)) in PAPER.iter().enumerate() {
+            let photo = Photo {
+                diameter: *diameter,
+                mm_per_px: 0.05,
+                size: (960, 660),
+                seed: 100 * run + u64::try_from(i).unwrap(),
+                ..Photo::default()
+            };
+            fs::write(photos.join(format!("p{pressure}.png")), photo.bytes(ImageFormat::Png)).unwrap();
+        }
+    }
+    // The actuator with the paper's own predictions, as a rehearsal has it.
+    let said = pneuval(folder.path(), &["rehearse", "internal-support", "--out", "rehearsed"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    for entry in fs::read_dir(folder.path().join("rehearsed")).unwrap().filter_map(Result::ok) {
+        let name = entry.file_name().into_string().unwrap();
+        if !name.starts_with("run-")
+            && name != "session.toml"
+            && name != "rig.toml"
+            && name != "bounds.toml"
+            && entry.path().is_file()
+        {
+            fs::copy(entry.path(), folder.path().join("lab").join(name)).unwrap();
+        }
+    }
+    let session = "schema = 1\nid = \"photos\"\nactuator = \"internal-support\"\nsynthetic = true\n\
+        [reader]\nformat = \"pictures\"\n[reader.camera]\nmeasure = \"diameter\"\nnames = \"p{pressure:MPa}.png\"\n\
+        scale = { value = 0.05, unit = \"mm\", std = 0.00001 }\ndistance = { value = 300, unit = \"mm\", std = 1 }\n\
+        [[channel]]\nid = \"pressure\"\ncolumn = \"pressure\"\nreference = \"gauge\"\n\
+        [[channel]]\nid = \"diameter\"\ncolumn = \"diameter\"\n\
+        [[run]]\nfile = \"photos-1\"\n[[run]]\nfile = \"photos-2\"\n\
+        [[response]]\nquantity = { id = \"outer-diameter\", title = \"Outer diameter\", unit = \"mm\" }\n\
+        pressure = [{ channel = \"pressure\", chamber = \"chamber\" }]\nmeasured = { channel = \"diameter\", method = \"photographs\" }\n\
+        [[comparison]]\nquantity = \"outer-diameter\"\nform = \"published-theory\"\n\
+        [[comparison]]\nquantity = \"outer-diameter\"\nform = \"published-fea\"\n";
+    fs::write(folder.path().join("lab/session.toml"), session).unwrap();
+    let said = pneuval(folder.path(), &["validate", "lab", "--out", "report", "--no-figures"]);
+    let results =
+        fs::read(folder.path().join("report/results/results.json")).unwrap_or_else(|_| panic!("{}", said.err));
+    let results: Value = serde_json::from_slice(&results).unwrap();
+    let said_papers = pneuval(folder.path(), &["validate", "--out", "papers", "--no-figures"]);
+    let papers =
+        fs::read(folder.path().join("papers/results/results.json")).unwrap_or_else(|_| panic!("{}", said_papers.err));
+    let papers: Value = serde_json::from_slice(&papers).unwrap();
+    for form in ["published-theory", "published-fea"] {
+        let of = |results: &Value| {
+            let all = results["comparisons"].as_array().unwrap();
+            let is = |c: &&Value| {
+                c["actuator"] == "internal-support" && c["form"] == form && c["quantity"]["id"] == "outer-diameter"
+            };
+            all.iter().find(is).unwrap().clone()
+        };
+        let (ours, theirs) = (of(&results), of(&papers));
+        let points = ours["points"].as_array().unwrap();
+        assert_eq!(points.len(), PAPER.len(), "{}", said.err);
+        for (point, (_, diameter)) in points.iter().zip(PAPER) {
+            let (value, half) = (point["measured"][0].as_f64().unwrap() * 1e3, &point["measured_half_width"][0]);
+            assert!((value - diameter).abs() < 0.03 && half.as_f64().unwrap() > 0.0, "{value} {diameter} {half}");
+        }
+        let metric = |of: &Value, id: &str| {
+            let metrics = of["metrics"].as_array().unwrap();
+            metrics.iter().find(|m| m["metric"] == id).unwrap()["value"].as_f64().unwrap()
+        };
+        for id in ["max_abs_error", "bias", "mae"] {
+            let (a, b) = (metric(&ours, id), metric(&theirs, id));
+            assert!((a - b).abs() < 0.03e-3, "{form} {id}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn mistakes_in_a_camera_are_told_by_key_and_next_step() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir_all(folder.path().join("photos")).unwrap();
+    fs::write(folder.path().join("photos/p1.png"), Photo::default().bytes(ImageFormat::Png)).unwrap();
+    let session = "schema = 1\nid = \"photos\"\nactuator = \"internal-support\"\n[reader]\nformat = \"pictures\"\n[reader.camera]\n\
+        measure = \"diameter\"\nnames = \"p{pressure:kPa}.png\"\nscale = { value = 0.1, unit = \"mm\" }\nfps = 10\n\
+        [[channel]]\nid = \"pressure\"\ncolumn = \"pressure\"\nreference = \"gauge\"\n[[channel]]\nid = \"diameter\"\ncolumn = \"diameter\"\n\
+        [[run]]\nfile = \"photos\"\n[[response]]\n\
+        quantity = { id = \"outer-diameter\", title = \"Outer diameter\", unit = \"mm\" }\n\
+        pressure = [{ channel = \"pressure\", chamber = \"chamber\" }]\nmeasured = { channel = \"diameter\", method = \"photographs\" }\n\
+        [[comparison]]\nquantity = \"outer-diameter\"\nform = \"published-theory\"\n";
+    for (from, to, words) in [
+        ("measure = \"diameter\"", "measure = \"volume\"", "diameter"),
+        ("p{pressure:kPa}.png", "p{pressure:furlong}.png", "is no unit"),
+        ("{ value = 0.1, unit = \"mm\" }", "{ value = 0, unit = \"mm\" }", "a length > 0"),
+        ("{ value = 0.1, unit = \"mm\" }", "{ value = 0.1, unit = \"kPa\" }", "a unit of length"),
+        ("fps = 10", "fps = 0", "pictures in a second"),
+        ("fps = 10", "fsp = 10", "did you mean `fps`"),
+        ("fps = 10", "start = { value = 1, unit = \"s\" }", "`fps` beside `start`"),
+        ("fps = 10", "lens = { focal = [0, 1], centre = [0, 0] }", "focal lengths in px > 0"),
+        ("format = \"pictures\"", "format = \"csv\"", "`camera` with format = \"pictures\""),
+        ("column = \"pressure\"", "column = \"pressur\"", "pressure"),
+    ] {
+        assert!(session.contains(from));
+        fs::write(folder.path().join("session.toml"), session.replacen(from, to, 1)).unwrap();
+        let said = pneuval(folder.path(), &["validate", ".", "--no-report"]);
+        assert!(said.code == 2 && said.err.contains(words), "{to}: {}{}", said.out, said.err);
+    }
+    // As it stands it is read; without a distance that is told with the size of the error.
+    fs::write(folder.path().join("session.toml"), session).unwrap();
+    let said = pneuval(folder.path(), &["ingest", "."]);
+    assert!(said.code == 0 && (said.err.clone() + &said.out).contains("by 0.089 mm"), "{}{}", said.out, said.err);
+}
