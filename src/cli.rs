@@ -154,6 +154,8 @@ pub struct MeasureDiameter {
     /// How far the scale's plane lies before the axis, towards the camera; negative: behind it
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     pub offset: Option<String>,
+    // clap prints backticks as they are.
+    #[allow(clippy::doc_markdown)]
     /// Calibration of the lens: a YAML file of OpenCV or ROS
     #[arg(long, value_name = "FILE")]
     pub lens: Option<PathBuf>,

@@ -108,7 +108,9 @@ fn diameters(arguments: &MeasureDiameter) -> Result<Outcome, Failure> {
 fn overlay_names(all: &[&RawFile]) -> Vec<String> {
     let name = |raw: &RawFile| format!("{}-measured.png", raw.file_name());
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    all.iter().for_each(|raw| *counts.entry(raw.file_name()).or_default() += 1);
+    for raw in all {
+        *counts.entry(raw.file_name()).or_default() += 1;
+    }
     let is_shared = |raw: &RawFile| counts.get(raw.file_name()).is_some_and(|count| *count > 1);
     all.iter()
         .enumerate()

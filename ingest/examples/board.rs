@@ -1,4 +1,4 @@
-//! Calibrates a camera on pictures of a chessboard, and prints what OpenCV can check, as JSON:
+//! Calibrates a camera on pictures of a chessboard, and prints what `OpenCV` can check, as JSON:
 //! `cargo run --release -p pneuval-ingest --example board -- COLUMNS ROWS PICTURE..` (inner corners; squares of one).
 
 // A tool for those who check the calibration: a panic is its error message.

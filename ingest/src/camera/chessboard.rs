@@ -3,7 +3,7 @@
 //! Where four squares meet, brightness has a saddle: the determinant of its second derivatives is negative, and the two directions in which
 //! the second derivative vanishes are the edges. Saddles are looked for in a reduced picture; along an edge, the next corner is a
 //! saddle of the other sign. So the board grows from corner to corner, however it lies; nothing is thresholded, so that the light may
-//! be uneven. In the end each corner is fitted in the picture itself ([`corner`]).
+//! be uneven. In the end each corner is fitted in the picture itself (`corner.rs`).
 //!
 //! A board may be turned by half without looking different. The order is that of reading: columns and rows turn like x and y of the
 //! picture (never mirrored), and of the orders left, the first corner is the one nearest to the upper left.

@@ -24,7 +24,7 @@ const TERMS: usize = 7;
 /// The highest degree of a curve.
 pub(super) const DEGREE_MAX: usize = TERMS - 1;
 
-/// y over x as Σ c_k t^k, t = (x - middle)/half from -1 to 1: of so few degrees that is well enough conditioned.
+/// y over x as `Σ c_k t^k`, t = (x - middle)/half from -1 to 1: of so few degrees that is well enough conditioned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     middle: f64,

@@ -266,7 +266,7 @@ impl Seeker<'_> {
 fn whole(px: f64) -> Option<usize> {
     // Pictures have far fewer px than 2⁵².
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    (px >= 0.0 && px < 1e9).then_some(px as usize)
+    (0.0..1e9).contains(&px).then_some(px as usize)
 }
 
 /// The two outlines of a body over its rows.

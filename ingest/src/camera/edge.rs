@@ -90,9 +90,12 @@ impl Blur {
     /// The edge of a line of pixels near a guess, for a blur of so many px; `with_blur` asks how much wider it should be. `None` where
     /// the line shows none.
     pub fn edge(&self, line: &[f32], guess: f64, blur_px: f64, with_blur: bool, steps: usize) -> Option<Edge> {
-        let step = |x: f64| match with_blur {
-            true => self.step::<UNKNOWNS>(line, x, blur_px),
-            false => self.step::<{ UNKNOWNS - 1 }>(line, x, blur_px),
+        let step = |x: f64| {
+            if with_blur {
+                self.step::<UNKNOWNS>(line, x, blur_px)
+            } else {
+                self.step::<{ UNKNOWNS - 1 }>(line, x, blur_px)
+            }
         };
         let mut found = step(guess)?;
         for _ in 1..steps.max(1) {
@@ -158,10 +161,8 @@ fn solve<const N: usize>(normal: &[[f64; N]; N], right: &[f64; N]) -> Option<([f
     let mut lower = [[0.0; N]; N];
     for i in 0..N {
         for j in 0..=i {
-            let mut sum = normal[i][j];
-            for k in 0..j {
-                sum -= lower[i][k] * lower[j][k];
-            }
+            let known: f64 = lower[i].iter().zip(&lower[j]).take(j).map(|(a, b)| a * b).sum();
+            let sum = normal[i][j] - known;
             if i == j {
                 if sum <= SINGULAR * normal[i][i] {
                     return None;

@@ -1,6 +1,6 @@
 //! A lens: where a ray meets the picture, and back.
 //!
-//! Brown and Conrady's model in OpenCV's order of coefficients. With x = X/Z, y = Y/Z and r² = x² + y²:
+//! Brown and Conrady's model in `OpenCV`'s order of coefficients. With x = X/Z, y = Y/Z and r² = x² + y²:
 //!
 //! ```text
 //! x' = x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)

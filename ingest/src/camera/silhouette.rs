@@ -331,7 +331,7 @@ fn mask(grid: &Grid, is_dark: Option<bool>) -> Result<(Vec<bool>, bool), Refusal
     loop {
         let even: Vec<f32> = grid.values.iter().zip(&light).map(|(v, l)| v / l).collect();
         let (low, high) = even.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        if !(f64::from(high - low) > CONTRAST_MIN) {
+        if f64::from(high - low) <= CONTRAST_MIN || !(high - low).is_finite() {
             return Err(Refusal::NoContrast { steps: f64::from(high - low).max(0.0) });
         }
         let scale = 255.0 / (high - low);
@@ -349,7 +349,7 @@ fn mask(grid: &Grid, is_dark: Option<bool>) -> Result<(Vec<bool>, bool), Refusal
             let (mut inside, mut outside) = (Mean::default(), Mean::default());
             even.iter().zip(&body).for_each(|(v, b)| if *b { inside.add(*v) } else { outside.add(*v) });
             let contrast = (inside.mean() - outside.mean()).abs();
-            if !(contrast > CONTRAST_MIN) {
+            if contrast <= CONTRAST_MIN || contrast.is_nan() {
                 return Err(Refusal::NoContrast { steps: contrast });
             }
             // A cut through one level of noise lies 1.6 of its deviations between the means of its halves.

@@ -1,6 +1,6 @@
 //! A disc or coin of known diameter: the ellipse of its edge.
 //!
-//! First a shape that is darker or brighter than what lies around it, without holes, and fills an ellipse ([`shape`]). Then its
+//! First a shape that is darker or brighter than what lies around it, without holes, and fills an ellipse (`shape.rs`). Then its
 //! edge along lines across it, to sub-pixel ([`edge`](super::super::edge)), and least squares of
 //!
 //! ```text
