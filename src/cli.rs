@@ -168,7 +168,7 @@ pub struct MeasureDiameter {
     /// Where it is looked for, in px
     #[arg(long, value_name = "LEFT,TOP,WIDTH,HEIGHT")]
     pub region: Option<String>,
-    /// Numbers in the names of the pictures: 'p{pressure:kPa}_{n}.png'
+    /// Numbers in the names of the pictures: 'p{pressure:kPa}_{k}.png'
     #[arg(long, value_name = "PATTERN")]
     pub names: Option<String>,
     /// Write each picture with edges, axis, width and value drawn on it

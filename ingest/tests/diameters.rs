@@ -106,7 +106,7 @@ fn near(found: &Diameter, truth: f64, within: f64) {
 
 #[test]
 fn the_largest_width_is_found_to_a_few_hundredths_of_a_pixel_and_the_interval_says_so() {
-    let (mut held, mut squares, n) = (0, 0.0, 60);
+    let (mut held, mut held_tilt, mut squares, n) = (0, 0, 0.0, 60);
     for seed in 0..n {
         let at = |k: u64| f64::from(u32::try_from((seed * k) % 97).unwrap()) / 97.0;
         let barrel = Barrel {
@@ -122,11 +122,14 @@ fn the_largest_width_is_found_to_a_few_hundredths_of_a_pixel_and_the_interval_sa
         let off = found.width_px - barrel.truth();
         squares += off * off;
         held += u32::from(off.abs() < 1.96 * found.std_px);
+        let turned = (-found.axis.x).atan2(found.axis.y) - barrel.tilt;
+        assert!(turned.abs() < 0.5_f64.to_radians(), "{turned}");
+        held_tilt += u32::from(turned.abs() < 1.96 * found.axis_std_rad);
         assert!((found.blur_px - barrel.blur).abs() < 0.1, "{} {}", found.blur_px, barrel.blur);
         assert!((found.noise - 3.0).abs() < 0.2 && (found.contrast - 140.0).abs() < 4.0, "{found:?}");
     }
     assert!((squares / f64::from(u32::try_from(n).unwrap())).sqrt() < 0.04);
-    assert!((54..=60).contains(&held), "{held} of {n}");
+    assert!((54..=60).contains(&held) && (53..=60).contains(&held_tilt), "{held} and {held_tilt} of {n}");
 }
 
 #[test]

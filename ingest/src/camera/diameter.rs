@@ -112,6 +112,8 @@ pub struct Diameter {
     pub ends: [Place; 2],
     /// The direction of the axis, downwards or to the right.
     pub axis: Vector2<f64>,
+    /// Standard uncertainty of that direction, in rad.
+    pub axis_std_rad: f64,
     /// Standard deviation of the blur, in px.
     pub blur_px: f64,
     /// Brightness of body and surroundings, in steps.
@@ -467,6 +469,8 @@ fn measure(
     let mut range = (0.0, 0.0);
     // A body that is nearly round hardly shows how it is turned: secants find what single steps creep up to.
     let (mut turn, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
+    // How much the middle's slope changes with the turn.
+    let mut gain = 1.0_f64;
     for _ in 0..AXIS_ROUNDS {
         let points = turned(along);
         let whole = common(&points).ok_or_else(few)?;
@@ -479,6 +483,7 @@ fn measure(
         }
         let step = match last {
             Some((before, then)) if (slope - then).abs() > 0.1 * (turn - before).abs() => {
+                gain = (slope - then) / (turn - before);
                 (-slope * (turn - before) / (slope - then)).clamp(-TURN_MAX, TURN_MAX)
             }
             _ => slope,
@@ -509,6 +514,10 @@ fn measure(
     let noise_std = curves[0].std_at(at).hypot(curves[1].std_at(at));
     let std_px = noise_std.hypot(FLOOR_PX).hypot(SHIFT_SHARE * shift_px);
     let back = |v: f64, u: f64| middle + along * v + across(along) * u;
+    // Of a straight line through the middles of so many rows.
+    let rows_used = 0.5 * (curves[0].n() + curves[1].n()) as f64;
+    let middle_std = 0.5 * curves[0].left.hypot(curves[1].left);
+    let axis_std_rad = (12.0 / rows_used).sqrt() * middle_std / (range.1 - range.0) / gain.abs();
     let squares: f64 = found.iter().flatten().map(|f| f.edge.left.0).sum();
     let freedom: usize = found.iter().flatten().map(|f| f.edge.left.1).sum();
     let noise = (squares / freedom.max(1) as f64).sqrt();
@@ -556,6 +565,7 @@ fn measure(
         std_px,
         ends: [back(at, curves[0].at(at)), back(at, curves[1].at(at))],
         axis: along,
+        axis_std_rad,
         blur_px,
         contrast,
         noise,

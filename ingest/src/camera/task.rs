@@ -168,8 +168,6 @@ impl Setup {
         let tilt = (-found.axis.x).atan2(found.axis.y).to_degrees();
         let span = found.edges[0].iter().chain(&found.edges[1]).map(|(p, _)| (p - found.ends[0]).dot(&found.axis));
         let (from, to) = span.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        // A straight axis through an edge's width: so well its direction is known.
-        let tilt_std = (found.std_px / (to - from).max(1.0)).to_degrees();
         let unit = if self.scale.is_some() { "mm" } else { "px" };
         let middle = 0.5 * (found.ends[0] + found.ends[1]);
         let seen = |place: Place| as_seen(self.lens.as_ref(), place);
@@ -179,7 +177,11 @@ impl Setup {
             axes: vec![[middle + found.axis * from, middle + found.axis * to].map(seen)],
             label: format!("{:.3} ± {:.3} {unit}", value.value, 1.96 * value.std),
         };
-        let values = vec![value, Value { value: tilt, std: tilt_std }, Value { value: found.blur_px, std: f64::NAN }];
+        let values = vec![
+            value,
+            Value { value: tilt, std: found.axis_std_rad.to_degrees() },
+            Value { value: found.blur_px, std: f64::NAN },
+        ];
         Ok(Reading { values, notes: found.flags.iter().map(ToString::to_string).collect(), marks, ignored_m })
     }
 }
