@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::builder::TypedValueParser as _;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::measure::Measure;
+
 const EXIT_CODES: &str = "\
 Exit codes:
   0  every verdict is as expected
@@ -34,7 +36,7 @@ pub enum Command {
     Inspect(Inspect),
     /// Read the raw files of sessions into Parquet tables
     Ingest(Ingest),
-    /// Measure in photographs: diameters, with overlays
+    /// Measure in photographs: diameters, angles, areas, scales, lenses; with overlays
     Measure(Measure),
     /// Write measured and predicted values for other programs: MCAP, CSV, Parquet
     Export(Export),
@@ -117,84 +119,6 @@ pub struct Inspect {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-}
-
-/// Measure in photographs, each with its standard uncertainty, and draw what was measured on them.
-///
-/// A picture that cannot be decoded or measured is told with the reason; the others go on. PNG, JPEG and TIFF, 8 and 16 bits, turned as
-/// the camera was held. `camera` of a session's reader takes the same.
-#[derive(Args)]
-#[command(
-    after_help = "Example:\n  pneuval measure diameter photos --scale 0.05mm --distance 300mm+-1 --names 'p{pressure:kPa}.png' --out seen"
-)]
-pub struct Measure {
-    #[command(subcommand)]
-    pub what: Measured,
-}
-
-/// What is measured.
-#[derive(Subcommand)]
-pub enum Measured {
-    /// The largest width of a round body across its axis
-    Diameter(MeasureDiameter),
-}
-
-/// The largest width of a round body across its axis, to a few hundredths of a pixel.
-#[derive(Args)]
-pub struct MeasureDiameter {
-    /// Pictures, or folders of them
-    #[arg(required = true)]
-    pub pictures: Vec<PathBuf>,
-    /// How long a pixel is in the plane of the axis, with its standard uncertainty: `0.05mm`, `0.05mm+-0.00002`
-    #[arg(long, value_name = "LENGTH")]
-    pub scale: Option<String>,
-    /// From the camera (the entrance pupil of its lens) to the axis: a round body looks wider than it is by its nearness
-    #[arg(long, value_name = "LENGTH")]
-    pub distance: Option<String>,
-    /// How far the scale's plane lies before the axis, towards the camera; negative: behind it
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
-    pub offset: Option<String>,
-    // clap prints backticks as they are.
-    #[allow(clippy::doc_markdown)]
-    /// Calibration of the lens: a YAML file of OpenCV or ROS
-    #[arg(long, value_name = "FILE")]
-    pub lens: Option<PathBuf>,
-    /// How the axis lies, where it is not seen
-    #[arg(long)]
-    pub axis: Option<AxisArgument>,
-    /// Whether the body is darker or brighter than what is around
-    #[arg(long)]
-    pub body: Option<BodyArgument>,
-    /// Where it is looked for, in px
-    #[arg(long, value_name = "LEFT,TOP,WIDTH,HEIGHT")]
-    pub region: Option<String>,
-    /// Numbers in the names of the pictures: 'p{pressure:kPa}_{k}.png'
-    #[arg(long, value_name = "PATTERN")]
-    pub names: Option<String>,
-    /// Write each picture with edges, axis, width and value drawn on it
-    #[arg(long, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// How an axis lies.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum AxisArgument {
-    /// Up and down
-    Vertical,
-    /// Across
-    Horizontal,
-}
-
-/// What a body looks like.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum BodyArgument {
-    /// Darker than what is around
-    Dark,
-    /// Brighter
-    Bright,
 }
 
 /// Read the raw files of sessions into Parquet tables, and tell what is odd about them.

@@ -202,6 +202,97 @@ fn photographs_of_the_papers_diameters_give_the_papers_errors() {
     }
 }
 
+/// Photographs of some pressures, and a session of them.
+fn lab(folder: &Path) {
+    fs::create_dir_all(folder.join("photos")).unwrap();
+    for (i, diameter) in [30.0, 33.44, 35.67].into_iter().enumerate() {
+        let photo = Photo { diameter, mm_per_px: 0.05, size: (960, 660), ..Photo::default() };
+        fs::write(folder.join(format!("photos/p{i}.png")), photo.bytes(ImageFormat::Png)).unwrap();
+    }
+    fs::write(folder.join("photos/p3.png"), Photo { diameter: 80.0, ..Photo::default() }.bytes(ImageFormat::Png))
+        .unwrap();
+    fs::write(folder.join("photos/p4.png"), b"no picture").unwrap();
+    let session = "schema = 1\nid = \"photos\"\nactuator = \"internal-support\"\n[reader]\nformat = \"pictures\"\n[reader.camera]\n\
+        measure = \"diameter\"\nnames = \"p{pressure:kPa}.png\"\nscale = { value = 0.05, unit = \"mm\" }\n\
+        distance = { value = 300, unit = \"mm\" }\n\
+        [[channel]]\nid = \"pressure\"\ncolumn = \"pressure\"\nreference = \"gauge\"\n\
+        [[channel]]\nid = \"diameter\"\ncolumn = \"diameter\"\n[[run]]\nfile = \"photos\"\n[[response]]\n\
+        quantity = { id = \"outer-diameter\", title = \"Outer diameter\", unit = \"mm\" }\n\
+        pressure = [{ channel = \"pressure\", chamber = \"chamber\" }]\n\
+        measured = { channel = \"diameter\", method = \"photographs\" }\n\
+        [[comparison]]\nquantity = \"outer-diameter\"\nform = \"consistent\"\n";
+    fs::write(folder.join("session.toml"), session).unwrap();
+}
+
+#[test]
+fn a_report_shows_its_photographs_and_is_drawn_again_from_them() {
+    let folder = tempfile::tempdir().unwrap();
+    lab(&folder.path().join("lab"));
+    let said = pneuval(folder.path(), &["validate", "lab", "--out", "report"]);
+    let page = |report: &str| fs::read_to_string(folder.path().join(report).join("internal-support.html")).unwrap();
+    // The broken one has nothing to be shown; the others are files of their own and stand on the page.
+    let files: Vec<String> = fs::read_dir(folder.path().join("report/results/photographs"))
+        .unwrap_or_else(|_| panic!("{}", said.err))
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert_eq!(files.len(), 4, "{files:?}");
+    let shown = page("report");
+    assert_eq!(shown.matches("data:image/jpeg;base64").count(), 4);
+    assert!(shown.contains("p1.png, run photos") && shown.contains("Not measured"), "{}", said.err);
+    let drawn = image::open(folder.path().join("report/results/photographs/photos-1.jpg")).unwrap().into_rgb8();
+    assert_eq!(drawn.width(), 480);
+    // The line of the width, as JPEG leaves it: greener than anything grey.
+    let green =
+        drawn.pixels().filter(|p| p.0[1] > p.0[0].saturating_add(60) && p.0[1] > p.0[2].saturating_add(20)).count();
+    assert!(green > 100, "{green}");
+    let again = pneuval(folder.path(), &["report", "report", "--out", "again"]);
+    assert_eq!(again.code, 0, "{}", again.err);
+    assert_eq!(page("again"), shown);
+    for file in &files {
+        let of = |report: &str| fs::read(folder.path().join(report).join("results/photographs").join(file)).unwrap();
+        assert_eq!(of("report"), of("again"));
+    }
+    // A photograph that was changed is none of this report's.
+    fs::write(folder.path().join("again/results/photographs").join(&files[0]), b"another").unwrap();
+    let changed = pneuval(folder.path(), &["report", "again"]);
+    assert!(changed.code == 2 && changed.err.contains("SHA-256"), "{}", changed.err);
+    // Without figures there are none, and none is named.
+    pneuval(folder.path(), &["validate", "lab", "--out", "plain", "--no-figures"]);
+    assert!(!folder.path().join("plain/results/photographs").exists() && !page("plain").contains("image/jpeg"));
+}
+
+#[test]
+fn a_lens_and_scales_come_from_pictures_and_are_printed_as_a_session_has_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let photo = Photo { diameter: 40.0, mm_per_px: 0.1, ..Photo::default() };
+    fs::write(folder.path().join("a.png"), photo.bytes(ImageFormat::Png)).unwrap();
+    let length =
+        ["measure", "scale", "length", "a.png", "--from", "100,50", "--to", "400,450", "--length", "50mm+-0.05"];
+    let said = pneuval(folder.path(), &length);
+    // 500 px, each end to half a px: 0.1 mm by √(0.001² + 0.00141²).
+    assert!(
+        said.code == 0 && said.out.contains("scale = { value = 0.10000, unit = \"mm\", std = 0.00017 }"),
+        "{}",
+        said.out
+    );
+    let said = pneuval(folder.path(), &[&length[..], &["--json"]].concat());
+    let told: Value = serde_json::from_str(&said.out).unwrap();
+    assert!((told["mm_per_px"].as_f64().unwrap() - 0.1).abs() < 1e-12, "{told}");
+    for (arguments, code, words) in [
+        (&["scale", "length", "a.png", "--from", "1,1", "--to", "1,1", "--length", "5mm"][..], 4, "two places"),
+        (&["scale", "length", "a.png", "--from", "1", "--to", "1,1", "--length", "5mm"], 2, "write it as 120,400"),
+        (&["scale", "length", "a.png", "--from", "1,1", "--to", "9,1", "--length", "0mm"], 2, "above zero"),
+        (&["scale", "disc", "none.png", "--diameter", "5mm"], 2, "none.png"),
+        (&["scale", "disc", ".", "--diameter", "5mm"], 4, "a folder"),
+        (&["scale", "board", "a.png", "--corners", "9", "--square", "5mm"], 2, "write it as 9x6"),
+        (&["scale", "board", "a.png", "--corners", "9x6", "--square", "5mm"], 4, "a.png"),
+        (&["lens", "a.png", "--corners", "9x6", "--square", "5mm"], 4, "count inner corners"),
+    ] {
+        let said = pneuval(folder.path(), &[&["measure"], arguments].concat());
+        assert!(said.code == code && said.err.contains(words), "{arguments:?}: {} {}", said.code, said.err);
+    }
+}
+
 #[test]
 fn mistakes_in_a_camera_are_told_by_key_and_next_step() {
     let folder = tempfile::tempdir().unwrap();
@@ -224,6 +315,8 @@ fn mistakes_in_a_camera_are_told_by_key_and_next_step() {
         ("fps = 10", "start = { value = 1, unit = \"s\" }", "`fps` beside `start`"),
         ("fps = 10", "lens = { focal = [0, 1], centre = [0, 0] }", "focal lengths in px > 0"),
         ("format = \"pictures\"", "format = \"csv\"", "`camera` with format = \"pictures\""),
+        ("fps = 10", "topic = \"/camera\"", "no `names` and no `fps` beside `topic`"),
+        ("names = \"p{pressure:kPa}.png\"\n", "topic = \"/camera\"\n", "no `names` and no `fps` beside `topic`"),
         ("column = \"pressure\"", "column = \"pressur\"", "pressure"),
     ] {
         assert!(session.contains(from));

@@ -6,9 +6,10 @@
 //! OUT/results/results.schema.json          its JSON Schema
 //! OUT/results/series.parquet               curves
 //! OUT/results/figures/*.png                figures
+//! OUT/results/photographs/*.jpg            photographs with what was measured in them
 //! ```
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +18,7 @@ use pneuval_ingest::{IngestError, digest, limits};
 
 use crate::AnalysisError;
 use crate::compare::Evaluation;
+use crate::photographs::{self, PHOTOGRAPHS, Shown};
 use crate::place::{self, Kind};
 use crate::report;
 use crate::results::{Results, SCHEMA_VERSION};
@@ -55,12 +57,13 @@ pub fn publish(out: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<R
 pub fn unpublished(evaluation: Evaluation) -> Result<Results, AnalysisError> {
     let mut results = evaluation.results;
     results.files.clear();
+    photographs::forget(&mut results);
     readable_json(Path::new(RESULTS), &results)?;
     Ok(results)
 }
 
 fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
-    let Evaluation { mut results, curves } = evaluation;
+    let Evaluation { mut results, curves, photographs } = evaluation;
     let folder = new.join(FOLDER);
     let figures_folder = folder.join(FIGURES);
     fs::create_dir_all(&folder).map_err(|source| IngestError::write(&folder, source))?;
@@ -82,10 +85,24 @@ fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Re
         write(&folder.join(&name), &figure.png)?;
         results.files.insert(name, digest::sha256(&figure.png));
     }
+    let photographs = match drawing {
+        Drawing::Figures => photographs::drawn(photographs)?,
+        Drawing::None => BTreeMap::new(),
+    };
+    if photographs.is_empty() {
+        photographs::forget(&mut results);
+    } else {
+        let inside = folder.join(PHOTOGRAPHS);
+        fs::create_dir(&inside).map_err(|source| IngestError::write(&inside, source))?;
+    }
+    for (name, jpeg) in &photographs {
+        write(&folder.join(name), jpeg)?;
+        results.files.insert(name.clone(), digest::sha256(jpeg));
+    }
     let json = readable_json(&folder.join(RESULTS), &results)?;
     write(&folder.join(RESULTS), json.as_bytes())?;
     write(&folder.join(SCHEMA), schema_json()?.as_bytes())?;
-    for page in report::pages(&results, &figures)? {
+    for page in report::pages(&results, &figures, &photographs)? {
         write(&new.join(&page.name), page.html.as_bytes())?;
     }
     Ok(results)
@@ -159,7 +176,17 @@ pub fn load(path: &Path) -> Result<(PathBuf, Evaluation), AnalysisError> {
     let curves = series::from_columns(&read_parquet(&series_path)?).ok_or_else(|| {
         problem(&series_path, "its columns are not those of curves".into(), "run `pneuval validate` again")
     })?;
-    Ok((folder, Evaluation { results, curves }))
+    let mut photographs = BTreeMap::new();
+    for record in photographs::records(&results) {
+        // Files that results name are checked above; what they do not name is not theirs.
+        if !results.files.contains_key(&record.path) {
+            let text = format!("it names the photograph `{}`, which is not among its files", record.path);
+            return Err(problem(&file, text, "run `pneuval validate` again"));
+        }
+        let bytes = limits::read(&folder.join(&record.path), limits::RESULTS_BYTES_MAX)?;
+        photographs.insert(record.path.clone(), Shown::Drawn(bytes));
+    }
+    Ok((folder, Evaluation { results, curves, photographs }))
 }
 
 fn parse(file: &Path, bytes: &[u8]) -> Result<Results, AnalysisError> {

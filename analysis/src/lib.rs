@@ -43,6 +43,7 @@ pub mod format;
 pub mod gate;
 pub mod metrics;
 pub mod pairing;
+pub mod photographs;
 mod place;
 pub mod prediction;
 pub mod records;

@@ -198,6 +198,7 @@ fn session_record(study: &Study, session: &Session) -> SessionRecord {
             .flat_map(|run| run.clocks.iter().map(|clock| alignment(run, clock)))
             .collect(),
         lags: study.alignment.runs.iter().flat_map(|run| run.lags.iter().map(|of_run| lag(run, of_run))).collect(),
+        photographs: vec![],
     }
 }
 

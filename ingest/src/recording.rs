@@ -2,6 +2,7 @@
 //!
 //! A text log is one table, a ROS 2 bag has one for each topic. The samples of a table share one clock; those of two tables need not.
 
+use crate::camera::photograph::Photograph;
 use crate::finding::{Finding, LineMap, median_step};
 use crate::formats::csv::Decimal;
 use crate::units::Unit;
@@ -22,6 +23,8 @@ pub struct Recording {
     pub metadata: Vec<String>,
     /// The instant from which stamps count, where they are absolute: RFC 3339, to the second.
     pub origin: Option<String>,
+    /// Some of its pictures, where it holds any that were measured.
+    pub photographs: Vec<Photograph>,
 }
 
 /// Columns of equal length.

@@ -3,10 +3,12 @@
 // In a test a panic is how a failure is told; equality of floats is asked where it must be exact.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp)]
 
+#[path = "common/bag.rs"]
+mod recorder;
+
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use mcap::records::MessageHeader;
 use pneuval_ingest::IngestError;
 use pneuval_ingest::finding::{Finding, FindingKind, LineMap, Severity};
 use pneuval_ingest::formats::csv::Decimal;
@@ -16,8 +18,7 @@ use pneuval_ingest::formats::mcap::{
 use pneuval_ingest::formats::{Format, Options, detect};
 use pneuval_ingest::raw::RawFile;
 use pneuval_ingest::recording::{Cells, Column, ColumnRef, Keep, Recording, Table};
-
-const T0: u64 = 1_700_000_000_000_000_000;
+use recorder::{COMPRESSED, IMAGE, Recorder, T0, picture};
 
 fn bag(bytes: &[u8]) -> Recording {
     read(&RawFile::of_bytes("r.mcap", bytes), Keep::All).unwrap()
@@ -92,38 +93,6 @@ fn written(tables: &[Table], options: &WriteOptions) -> Vec<u8> {
 
 fn small_chunks(compression: Compression) -> WriteOptions {
     WriteOptions { compression, chunk_bytes: Some(600), origin_s: T0 / 1_000_000_000, ..WriteOptions::default() }
-}
-
-/// Messages as a recorder hands them to the crate: topic, schema, encoding of messages, log time and data.
-struct Recorder {
-    writer: mcap::Writer<Cursor<Vec<u8>>>,
-}
-
-impl Recorder {
-    fn new(options: mcap::WriteOptions) -> Self {
-        Self { writer: options.create(Cursor::new(vec![])).unwrap() }
-    }
-
-    fn plain() -> Self {
-        Self::new(mcap::WriteOptions::new().compression(None))
-    }
-
-    fn channel(&mut self, topic: &str, schema: (&str, &str, &[u8]), encoding: &str) -> u16 {
-        let (name, kind, data) = schema;
-        let schema = if name.is_empty() { 0 } else { self.writer.add_schema(name, kind, data).unwrap() };
-        self.writer.add_channel(schema, topic, encoding, &BTreeMap::new()).unwrap()
-    }
-
-    fn send(&mut self, channel_id: u16, ns: u64, data: &[u8]) {
-        let log_time = T0 + ns;
-        let head = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
-        self.writer.write_to_known_channel(&head, data).unwrap();
-    }
-
-    fn bytes(mut self) -> Vec<u8> {
-        self.writer.finish().unwrap();
-        self.writer.into_inner().into_inner()
-    }
 }
 
 /// One topic `/t` of `pkg/msg/T` with the given definition and messages.
@@ -950,24 +919,11 @@ fn long_sequences_and_packets_do_not_become_thousands_of_columns() {
     assert_eq!(numbers(&small.tables[0], "packet[3]"), [3.0]);
 }
 
-const HEADER: &str = "\n================================================================================\nMSG: std_msgs/Header\n\
-builtin_interfaces/Time stamp\nstring frame_id\n\
-================================================================================\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
-
-fn picture(second: u32, rest: &[u8]) -> Vec<u8> {
-    let stamp = [(1_700_000_000 + second).to_le_bytes(), 5_u32.to_le_bytes()].concat();
-    [&[0, 1, 0, 0][..], &stamp, &4_u32.to_le_bytes(), b"cam\0", rest].concat()
-}
-
 #[test]
 fn pictures_are_handed_out_one_by_one_and_are_no_columns() {
-    let image = format!(
-        "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data{HEADER}"
-    );
-    let compressed = format!("std_msgs/Header header\nstring format\nuint8[] data{HEADER}");
     let mut recorder = Recorder::plain();
-    let raw_channel = recorder.channel("/raw", ("sensor_msgs/msg/Image", "ros2msg", image.as_bytes()), "cdr");
-    let small = recorder.channel("/jpg", ("sensor_msgs/msg/CompressedImage", "ros2msg", compressed.as_bytes()), "cdr");
+    let raw_channel = recorder.channel("/raw", ("sensor_msgs/msg/Image", "ros2msg", IMAGE.as_bytes()), "cdr");
+    let small = recorder.channel("/jpg", ("sensor_msgs/msg/CompressedImage", "ros2msg", COMPRESSED.as_bytes()), "cdr");
     let pixels = [2_u32.to_le_bytes(), 3_u32.to_le_bytes(), 6_u32.to_le_bytes()].concat();
     let rest =
         [&pixels[..], b"mono8\0", &[0, 0], &3_u32.to_le_bytes(), &6_u32.to_le_bytes(), &[9, 8, 7, 6, 5, 4]].concat();

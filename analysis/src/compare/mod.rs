@@ -16,6 +16,7 @@ use crate::AnalysisError;
 use crate::gate::{judge_comparison, notes, strangers};
 use crate::metrics::{self, Interval, Measure, Metric};
 use crate::pairing::{measure_published, measure_session, points};
+use crate::photographs::{self, Shown};
 use crate::prediction::Prediction;
 use crate::records;
 use crate::remark::remark;
@@ -37,6 +38,8 @@ pub struct Evaluation {
     pub results: Results,
     /// The content of `series.parquet`.
     pub curves: Vec<Curve>,
+    /// Photographs that sessions show, by their path in the results folder.
+    pub photographs: BTreeMap<String, Shown>,
 }
 
 /// Compares every prediction of every dataset with its measurement and judges it.
@@ -51,6 +54,7 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
     let mut comparisons = Vec::new();
     let mut curves = Vec::new();
     let mut findings = Vec::new();
+    let mut shown = BTreeMap::new();
     for study in &studies {
         let input = study.input;
         for spec in &study.comparisons {
@@ -79,7 +83,9 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
             actuators.insert(input.actuator.id.clone(), records::actuator(&input.actuator)?);
         }
         if let Some(record) = actuators.get_mut(&input.actuator.id) {
-            record.datasets.push(records::dataset(study));
+            let mut dataset = records::dataset(study);
+            photographs::show(study, &mut dataset, &mut shown);
+            record.datasets.push(dataset);
         }
         findings.extend(records::findings(study));
     }
@@ -96,7 +102,7 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
         findings,
         files: BTreeMap::new(),
     };
-    Ok(Evaluation { results, curves })
+    Ok(Evaluation { results, curves, photographs: shown })
 }
 
 /// Rows of bounds that judged nothing in the whole run, and columns that nothing was compared with.

@@ -9,5 +9,5 @@ pub mod text;
 mod view;
 
 pub use figures::{Figure, figures};
-pub use overlay::overlay;
+pub use overlay::{overlay, thumbnail};
 pub use page::{Page, pages};

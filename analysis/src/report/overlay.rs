@@ -2,17 +2,22 @@
 
 use std::io::Cursor;
 
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
 use plotters::prelude::*;
 use plotters::style::{FontStyle, FontTransform};
 
 use super::chart::{FONT, register};
 use pneuval_ingest::camera::diameter::EdgeUse;
-use pneuval_ingest::camera::picture::{Picture, Place};
+use pneuval_ingest::camera::photograph::Photograph;
+use pneuval_ingest::camera::picture::{Picture, Pixels, Place};
 use pneuval_ingest::camera::task::Marks;
 
 /// Overlays are as wide as this at most, in px: larger photographs are shown smaller.
 const WIDTH_MAX: usize = 1920;
+
+/// Of 100: what a small picture needs, in some 20 kB.
+const THUMBNAIL_QUALITY: u8 = 80;
 
 const EDGE: RGBColor = RGBColor(0x56, 0xb4, 0xe9);
 const BEYOND: RGBColor = RGBColor(0x8f, 0x9a, 0xa8);
@@ -26,12 +31,8 @@ const BOX: RGBColor = RGBColor(0x10, 0x18, 0x22);
 /// # Errors
 /// What the plotting library or the PNG encoder says.
 pub fn overlay(picture: &Picture, marks: &Marks, width_max: usize) -> Result<Vec<u8>, String> {
-    register()?;
     let by = picture.width().div_ceil(width_max.clamp(1, WIDTH_MAX)).max(1);
-    let (width, height) = ((picture.width() / by).max(1), (picture.height() / by).max(1));
-    let mut pixels = shown(picture, by, width, height);
-    let size = (u32::try_from(width).unwrap_or(u32::MAX), u32::try_from(height).unwrap_or(u32::MAX));
-    draw(&mut pixels, size, marks, by).map_err(|e| e.to_string())?;
+    let (pixels, size) = drawn(&picture.smaller(by), marks, by)?;
     let mut png = Vec::new();
     PngEncoder::new(Cursor::new(&mut png))
         .write_image(&pixels, size.0, size.1, ExtendedColorType::Rgb8)
@@ -39,22 +40,37 @@ pub fn overlay(picture: &Picture, marks: &Marks, width_max: usize) -> Result<Vec
     Ok(png)
 }
 
-/// The photograph in 8 bits, each px the mean of those that it stands for.
-fn shown(picture: &Picture, by: usize, width: usize, height: usize) -> Vec<u8> {
-    let mut pixels = Vec::with_capacity(3 * width * height);
-    let n = (by * by) as f32;
-    for i in 0..width * height {
-        let (x, y) = (i % width * by, i / width * by);
-        let mut sum = [0.0_f32; 3];
-        for k in 0..by * by {
-            let rgb = picture.rgb(x + k % by, y + k / by);
-            sum.iter_mut().zip(rgb).for_each(|(s, v)| *s += v);
-        }
-        // Means of bytes.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        pixels.extend(sum.map(|s| (s / n).round().clamp(0.0, 255.0) as u8));
-    }
-    pixels
+/// A small photograph with its marks as a JPEG file: of noise that nobody looks at, PNG would keep every bit.
+///
+/// # Errors
+/// What the plotting library or the encoder says.
+pub fn thumbnail(photograph: &Photograph) -> Result<Vec<u8>, String> {
+    let (pixels, size) = drawn(&photograph.picture, &photograph.marks, photograph.by)?;
+    let mut jpeg = Vec::new();
+    JpegEncoder::new_with_quality(&mut jpeg, THUMBNAIL_QUALITY)
+        .write_image(&pixels, size.0, size.1, ExtendedColorType::Rgb8)
+        .map_err(|e| e.to_string())?;
+    Ok(jpeg)
+}
+
+/// A picture that is so many times smaller than the photograph its marks are for, with these.
+fn drawn(small: &Picture, marks: &Marks, by: usize) -> Result<(Vec<u8>, (u32, u32)), String> {
+    register()?;
+    let (width, height) = (small.width(), small.height());
+    let mut pixels: Vec<u8> = match small.pixels() {
+        Pixels::Rgb8(all) => all.clone(),
+        // Grey as three equal bytes.
+        _ => (0..width * height)
+            .flat_map(|i| {
+                // Rounded and between 0 and 255.
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+                small.rgb(i % width, i / width).map(|v| v.round() as u8)
+            })
+            .collect(),
+    };
+    let size = (u32::try_from(width).unwrap_or(u32::MAX), u32::try_from(height).unwrap_or(u32::MAX));
+    draw(&mut pixels, size, marks, by).map_err(|e| e.to_string())?;
+    Ok((pixels, size))
 }
 
 fn draw(pixels: &mut [u8], size: (u32, u32), marks: &Marks, by: usize) -> Result<(), Box<dyn std::error::Error>> {
@@ -103,7 +119,6 @@ fn draw(pixels: &mut [u8], size: (u32, u32), marks: &Marks, by: usize) -> Result
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pneuval_ingest::camera::picture::Pixels;
 
     #[test]
     fn marks_lie_where_they_are_said_to_and_a_large_picture_is_shown_smaller() {

@@ -1,5 +1,7 @@
 //! Pages: templates filled in with what [`super::view`] prepares. Every page is one file that needs no other.
 
+use std::collections::BTreeMap;
+
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value};
 use serde::Serialize;
@@ -18,11 +20,15 @@ pub struct Page {
     pub html: String,
 }
 
-/// The index and one page per actuator.
+/// The index and one page per actuator; photographs by their path in the results folder.
 ///
 /// # Errors
 /// [`AnalysisError::Page`] if a template asks for what is not there.
-pub fn pages(results: &Results, figures: &[Figure]) -> Result<Vec<Page>, AnalysisError> {
+pub fn pages(
+    results: &Results,
+    figures: &[Figure],
+    photographs: &BTreeMap<String, Vec<u8>>,
+) -> Result<Vec<Page>, AnalysisError> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     for (name, source) in [
@@ -45,7 +51,7 @@ pub fn pages(results: &Results, figures: &[Figure]) -> Result<Vec<Page>, Analysi
     };
     let mut pages = vec![render("index.html".to_owned(), "index.html", Content::Index(view::index(results)))?];
     for record in &results.actuators {
-        let page = view::actuator_page(results, record, figures);
+        let page = view::actuator_page(results, record, figures, photographs);
         pages.push(render(format!("{}.html", record.id), "actuator.html", Content::Actuator(Box::new(page)))?);
     }
     Ok(pages)

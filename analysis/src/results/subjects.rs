@@ -121,6 +121,29 @@ pub struct SessionRecord {
     /// Lags of motions behind pressures that another device or table holds, run by run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lags: Vec<LagRecord>,
+    /// Some of its photographs, with what was measured in them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub photographs: Vec<PhotographRecord>,
+}
+
+/// A photograph that is shown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PhotographRecord {
+    /// The picture with its marks, relative to the results folder.
+    pub path: String,
+    /// The run it is of.
+    pub run: String,
+    /// Its file, or its topic and number.
+    pub name: String,
+    /// What was measured, in words.
+    pub label: String,
+    /// Why nothing was.
+    pub refused: Option<String>,
+    /// In px, as it is shown.
+    pub width: usize,
+    /// In px, as it is shown.
+    pub height: usize,
 }
 
 /// A value with what is left open of it.

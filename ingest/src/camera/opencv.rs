@@ -5,6 +5,8 @@
 //! say is refused by name: the rational, thin prism and tilted models where their coefficients are not nought, fisheyes, skew.
 //! Names are compared without case and underscores.
 
+mod write;
+
 use std::fmt;
 
 use nalgebra::Vector2;
@@ -12,6 +14,8 @@ use saphyr_parser::{Event, Parser};
 
 use super::lens::Lens;
 use super::picture::Place;
+
+pub use write::write;
 
 /// A calibration is a page: longer text is none.
 const BYTES_MAX: usize = 4 << 20;

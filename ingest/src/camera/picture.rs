@@ -106,6 +106,31 @@ impl Picture {
         }
     }
 
+    /// The picture so many times smaller, in 8 bits: each px the mean of those that it stands for. What is left over at the right and at the
+    /// bottom is cut off.
+    pub fn smaller(&self, by: usize) -> Self {
+        let by = by.clamp(1, self.width.min(self.height));
+        let (width, height) = (self.width / by, self.height / by);
+        let mut pixels = Vec::with_capacity(width * height * if self.is_colour() { 3 } else { 1 });
+        let n = (by * by) as f32;
+        // Means of brightness between 0 and 255.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let byte = |sum: f32| (sum / n).round().clamp(0.0, 255.0) as u8;
+        for i in 0..width * height {
+            let (x, y) = (i % width * by, i / width * by);
+            let all = (0..by * by).map(|k| (x + k % by, y + k / by));
+            if self.is_colour() {
+                let mut sum = [0.0_f32; 3];
+                all.for_each(|(x, y)| sum.iter_mut().zip(self.rgb(x, y)).for_each(|(s, v)| *s += v));
+                pixels.extend(sum.map(byte));
+            } else {
+                pixels.push(byte(all.map(|(x, y)| self.luma(x, y)).sum()));
+            }
+        }
+        let pixels = if self.is_colour() { Pixels::Rgb8(pixels) } else { Pixels::Gray8(pixels) };
+        Self { width, height, pixels }
+    }
+
     /// Brightness between pixels, on planes through four of them (bilinear).
     pub fn between(&self, at: Place) -> f64 {
         let clamp = |v: f64, n: usize| v.clamp(0.0, (n - 1) as f64);

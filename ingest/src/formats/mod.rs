@@ -152,7 +152,9 @@ pub fn detect(raw: &RawFile) -> Result<Format, IngestError> {
 /// As [`detect`] and the readers of the formats.
 pub fn read(raw: &RawFile, options: &Options, keep: Keep) -> Result<Recording, IngestError> {
     let mut recording = match options.format.map_or_else(|| detect(raw), Ok)? {
-        Format::Mcap => return mcap::read(raw, keep),
+        Format::Mcap => {
+            return pictures::with_topic(raw, mcap::read(raw, keep)?, &options.pictures, keep);
+        }
         Format::Pictures => return pictures::read(raw, &options.pictures, keep),
         Format::Tdms => return tdms::read(raw, keep),
         Format::Lvm => lvm::read(raw, keep)?,

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::reader::Reader;
+use crate::camera::photograph::Photograph;
 use crate::error::{IngestError, shown, suggestion};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity, Span};
 use crate::formats::csv::parse_number;
@@ -173,6 +174,16 @@ impl<'a> Log<'a> {
     /// The column of an id.
     pub fn at(&self, (table, column): ColumnId) -> &Column {
         &self.recording.tables[table].columns[column]
+    }
+
+    /// Its pictures that are shown, as far as a run has them.
+    pub fn photographs(&self, parts: &[Part]) -> Vec<Photograph> {
+        let is_of = |shown: &&Photograph| {
+            let has =
+                |part: &Part| self.table(part.table).name == shown.table && part.rows().any(|row| row == shown.sample);
+            parts.iter().any(has)
+        };
+        self.recording.photographs.iter().filter(is_of).cloned().collect()
     }
 
     /// The samples of a run in a table.

@@ -23,6 +23,7 @@ pub(crate) use bases::Bases;
 use log::{Log, columns_asked};
 use reader::Reader;
 
+use crate::camera::photograph::Photograph;
 use crate::error::{IngestError, Place};
 use crate::finding::{self, Finding, FindingKind, LineMap, Severity};
 use crate::formats;
@@ -60,6 +61,8 @@ pub struct Run {
     pub streams: Vec<Stream>,
     /// Channels by id.
     pub channels: BTreeMap<String, Channel>,
+    /// Some of its pictures, in the order of its logs.
+    pub photographs: Vec<Photograph>,
 }
 
 /// Samples that share a clock.
@@ -114,6 +117,7 @@ impl Run {
         let streams = self.streams.len();
         self.files.extend(other.files);
         self.streams.extend(other.streams);
+        self.photographs.extend(other.photographs);
         self.channels.extend(other.channels.into_iter().map(|(id, mut channel)| {
             channel.stream += streams;
             (id, channel)
@@ -180,6 +184,7 @@ impl FileRuns {
             let mut findings = Vec::new();
             let mut run = reader.run(spec, &mut log, &parts, &mut findings)?;
             run.streams.iter_mut().for_each(|stream| stream.device = of.device.map(str::to_owned));
+            run.photographs = log.photographs(&parts);
             runs.push((i, run, findings));
         }
         let mut findings: Vec<Finding> =

@@ -129,7 +129,7 @@ impl Reader<'_> {
             let channel = self.derive(derived, spec, &channels, &streams, findings)?;
             channels.insert(derived.id.clone(), channel);
         }
-        Ok(Run { id: spec.id.clone(), files: vec![spec.file.clone()], streams, channels })
+        Ok(Run { id: spec.id.clone(), files: vec![spec.file.clone()], streams, channels, photographs: vec![] })
     }
 
     /// Time of the samples of a part, by the clock of the session, or else by the file's own.

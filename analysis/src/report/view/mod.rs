@@ -4,6 +4,8 @@ mod budget;
 mod session;
 mod tables;
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use pneuval_ingest::units::Unit;
@@ -378,7 +380,12 @@ pub fn decision(results: &Results, actuator: Option<&str>) -> DecisionView {
     DecisionView { tone, headline, detail: parts.join(" · ") }
 }
 
-pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figures: &[Figure]) -> ActuatorPage<'a> {
+pub fn actuator_page<'a>(
+    results: &'a Results,
+    record: &'a ActuatorRecord,
+    figures: &[Figure],
+    photographs: &BTreeMap<String, Vec<u8>>,
+) -> ActuatorPage<'a> {
     let mine: Vec<&Comparison> = results.comparisons.iter().filter(|c| c.actuator == record.id).collect();
     // One table per dataset and quantity, in the order of the comparisons.
     let groups = by_measurement(mine.iter().copied());
@@ -394,7 +401,7 @@ pub fn actuator_page<'a>(results: &'a Results, record: &'a ActuatorRecord, figur
         forms: mine.iter().filter(|c| c.kind != "none").map(|c| form_view(c)).collect(),
         inputs: record.inputs.iter().map(input_view).collect(),
         materials: record.materials.iter().map(session::material).collect(),
-        sessions: record.datasets.iter().filter_map(|d| session::session(d, &mine)).collect(),
+        sessions: record.datasets.iter().filter_map(|d| session::session(d, &mine, photographs)).collect(),
         findings: results
             .findings
             .iter()

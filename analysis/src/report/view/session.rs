@@ -1,5 +1,7 @@
 //! What a page says of sessions and materials.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use pneuval_ingest::units::Unit;
@@ -8,7 +10,7 @@ use super::budget;
 use crate::format;
 use crate::results::{
     AlignmentRecord, CensusRecord, ChannelRecord, Comparison, DatasetRecord, EstimateRecord, LagRecord, MaterialRecord,
-    RunRecord, TableRecord,
+    PhotographRecord, RunRecord, TableRecord,
 };
 
 /// A session.
@@ -25,6 +27,21 @@ pub struct SessionView {
     pub ways: Vec<String>,
     pub clocks: Vec<ClockView>,
     pub lags: Vec<LagView>,
+    pub photographs: Vec<PhotographView>,
+}
+
+/// A photograph with what was measured in it.
+#[derive(Serialize)]
+pub struct PhotographView {
+    pub path: String,
+    pub run: String,
+    pub name: String,
+    pub label: String,
+    pub refused: Option<String>,
+    pub width: usize,
+    pub height: usize,
+    /// JPEG, in base64.
+    pub data: String,
 }
 
 /// A clock that events set on another.
@@ -79,7 +96,11 @@ pub struct MaterialView {
     pub stable: String,
 }
 
-pub(super) fn session(dataset: &DatasetRecord, comparisons: &[&Comparison]) -> Option<SessionView> {
+pub(super) fn session(
+    dataset: &DatasetRecord,
+    comparisons: &[&Comparison],
+    photographs: &BTreeMap<String, Vec<u8>>,
+) -> Option<SessionView> {
     let session = dataset.session.as_ref()?;
     let fact = |name: &str, value: &Option<String>| value.clone().map(|value| (name.to_owned(), value));
     let mut facts: Vec<(String, String)> =
@@ -124,6 +145,11 @@ pub(super) fn session(dataset: &DatasetRecord, comparisons: &[&Comparison]) -> O
         ways: session.responses.iter().filter_map(way).collect(),
         clocks: session.alignments.iter().map(clock).collect(),
         lags: session.lags.iter().map(lag).collect(),
+        photographs: session
+            .photographs
+            .iter()
+            .filter_map(|p| Some(photograph(p, photographs.get(&p.path)?)))
+            .collect(),
     })
 }
 
@@ -147,6 +173,20 @@ fn clock(clock: &AlignmentRecord) -> ClockView {
         residual: clock
             .residual_s
             .map_or(String::new(), |residual| format!("{} ms", format::significant(1e3 * residual, 2))),
+    }
+}
+
+fn photograph(record: &PhotographRecord, jpeg: &[u8]) -> PhotographView {
+    use base64::Engine as _;
+    PhotographView {
+        path: record.path.clone(),
+        run: record.run.clone(),
+        name: record.name.clone(),
+        label: record.label.clone(),
+        refused: record.refused.clone(),
+        width: record.width,
+        height: record.height,
+        data: base64::engine::general_purpose::STANDARD.encode(jpeg),
     }
 }
 

@@ -206,6 +206,7 @@ impl From<TextLog> for Recording {
             reasons: layout.reasons,
             metadata,
             origin: None,
+            photographs: vec![],
         }
     }
 }

@@ -415,6 +415,7 @@ impl<'a> Log<'a> {
             reasons: self.reasons,
             metadata: self.metadata,
             origin: None,
+            photographs: vec![],
         }
     }
 }

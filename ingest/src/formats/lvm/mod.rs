@@ -118,7 +118,15 @@ fn read_in_pieces(raw: &RawFile, keep: Keep, chunk: usize) -> Result<Recording, 
         }
     }
     reasons.extend(of_clock);
-    Ok(Recording { format: "LabVIEW measurement file", tables, findings, reasons, metadata, origin })
+    Ok(Recording {
+        format: "LabVIEW measurement file",
+        tables,
+        findings,
+        reasons,
+        metadata,
+        origin,
+        photographs: vec![],
+    })
 }
 
 /// Findings about the starts of segments.

@@ -467,7 +467,7 @@ impl<'k> Bag<'k> {
         }
         let origin = self.origin.map(Origin::date);
         let Self { findings, reasons, metadata, .. } = Self { topics: vec![], ..self };
-        Ok(Recording { format: "MCAP", tables, findings, reasons, metadata, origin })
+        Ok(Recording { format: "MCAP", tables, findings, reasons, metadata, origin, photographs: vec![] })
     }
 
     fn no_channel(&self, raw: &RawFile) -> IngestError {

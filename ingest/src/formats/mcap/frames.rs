@@ -21,6 +21,8 @@ pub struct Frame<'a> {
     pub stamp_s: f64,
     /// When it was written to the file, in s from the origin.
     pub log_time_s: f64,
+    /// When it was sent, in s from the origin.
+    pub publish_time_s: f64,
     /// How its bytes are to be understood.
     pub kind: FrameKind<'a>,
     /// Its bytes.
@@ -149,7 +151,7 @@ impl State<'_> {
                     let Some(kind) = kind else { return Ok(()) };
                     let sample = self.sample;
                     self.sample += 1;
-                    if let Some(frame) = frame(*kind, data, origin, sample, head.log_time) {
+                    if let Some(frame) = frame(*kind, data, origin, sample, head) {
                         self.handed += 1;
                         return visit(frame);
                     }
@@ -161,7 +163,7 @@ impl State<'_> {
     }
 }
 
-fn frame(kind: Type, message: &[u8], origin: Origin, sample: usize, log_time: u64) -> Option<Frame<'_>> {
+fn frame(kind: Type, message: &[u8], origin: Origin, sample: usize, times: fields::MessageHead) -> Option<Frame<'_>> {
     let (head, body) = message.split_first_chunk::<4>()?;
     // Nothing here is wider than four bytes, so both rules of alignment are one.
     let big = match head[..2] {
@@ -182,7 +184,14 @@ fn frame(kind: Type, message: &[u8], origin: Origin, sample: usize, log_time: u6
         Type::Compressed => FrameKind::Compressed { format: cdr.text()? },
     };
     let data = cdr.bytes()?;
-    Some(Frame { sample, stamp_s: ns as f64 / 1e9, log_time_s: origin.since(log_time), kind, data })
+    Some(Frame {
+        sample,
+        stamp_s: ns as f64 / 1e9,
+        log_time_s: origin.since(times.log_time),
+        publish_time_s: origin.since(times.publish_time),
+        kind,
+        data,
+    })
 }
 
 struct Cdr<'a> {

@@ -5,10 +5,16 @@
 //! decoded or measured is a row of holes, and a finding with the reason; the others go on. Pictures are measured in parallel, and the result does not depend
 //! on it.
 //!
+//! A topic of pictures in a bag is a log of the same kind: each picture has the stamp of its message.
+//!
 //! | file | holds |
 //! |---|---|
 //! | `names.rs` | numbers in file names |
+//! | `measured.rs` | what became of pictures, as columns and findings |
+//! | `bag.rs` | the pictures of a topic |
 
+mod bag;
+mod measured;
 pub mod names;
 
 use std::cmp::Ordering;
@@ -18,15 +24,18 @@ use rayon::prelude::*;
 
 use crate::IngestError;
 use crate::camera::decode::{decode, is_picture};
+use crate::camera::photograph::is_shown;
 use crate::camera::picture::Picture;
-use crate::camera::task::{Reading, Task};
+use crate::camera::task::Task;
 use crate::error::Place;
-use crate::finding::{Finding, FindingKind, LineMap, Severity};
-use crate::formats::csv::Decimal;
+use crate::finding::{FindingKind, Severity};
 use crate::limits::PICTURE_BYTES_MAX;
 use crate::raw::RawFile;
-use crate::recording::{Cells, Column, Keep, Recording, Table};
+use crate::recording::{Keep, Recording};
+use measured::{Row, Sheet, told_of};
 use names::Pattern;
+
+pub use bag::with_topic;
 
 /// What is known of a folder of pictures.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -37,16 +46,12 @@ pub struct PictureOptions {
     pub names: Option<Pattern>,
     /// Pictures in a second, and the time of the first in s: gives each its time.
     pub film: Option<(f64, f64)>,
+    /// The topic of the pictures, in a bag.
+    pub topic: Option<String>,
 }
 
 /// The name of the column of times that a rate gives.
 pub const TIME: &str = "time";
-
-/// What became of a picture.
-struct Row {
-    size: Option<(usize, usize)>,
-    reading: Result<Option<Reading>, (FindingKind, String)>,
-}
 
 /// Whether a file, or the first one of a folder that is no bag, is a picture.
 ///
@@ -126,142 +131,32 @@ pub fn read(raw: &RawFile, options: &PictureOptions, keep: Keep) -> Result<Recor
             next: "name the folder that holds them".to_owned(),
         });
     }
-    let rows: Vec<Row> =
-        pictures.par_iter().map(|raw| row(raw, options.task.as_ref())).collect::<Result<_, IngestError>>()?;
-    let mut findings = Vec::new();
-    for kind in [FindingKind::BrokenPicture, FindingKind::NotMeasured] {
-        let such: Vec<(usize, String)> = rows
-            .iter()
-            .zip(&pictures)
-            .enumerate()
-            .filter_map(|(i, (row, raw))| match &row.reading {
-                Err((of, why)) if *of == kind => Some((i, format!("{}: {why}", raw.file_name()))),
-                _ => None,
-            })
-            .collect();
-        findings.extend(told_of(raw.name(), kind, Severity::Excluded, &such));
-    }
-    let mut table = Sheet { rows: rows.len(), keep, columns: vec![] };
+    let of = pictures.len();
+    let row = |(i, raw): (usize, &&RawFile)| -> Result<Row, IngestError> {
+        let opened = open(raw)?;
+        Ok(Row::new(raw.file_name(), opened, options.task.as_ref(), is_shown(i, of).then_some(i)))
+    };
+    let rows: Vec<Row> = pictures.par_iter().enumerate().map(row).collect::<Result<_, IngestError>>()?;
+    let mut sheet = Sheet::new("", rows.len(), keep);
+    let mut findings = measured::broken(raw.name(), &rows);
     if let Some(pattern) = &options.names {
         let read: Vec<Option<Vec<f64>>> = pictures.iter().map(|raw| pattern.read(raw.file_name())).collect();
-        let such: Vec<(usize, String)> = (0..read.len())
+        let such: Vec<String> = (0..read.len())
             .filter(|&i| read[i].is_none())
-            .map(|i| (i, format!("{} is not named as {}", pictures[i].file_name(), pattern.text())))
+            .map(|i| format!("{} is not named as {}", pictures[i].file_name(), pattern.text()))
             .collect();
         findings.extend(told_of(raw.name(), FindingKind::UnreadName, Severity::Excluded, &such));
         for (k, field) in pattern.fields().enumerate() {
             let of = |i: usize| read[i].as_ref().and_then(|all| all.get(k)).copied().unwrap_or(f64::NAN);
-            table.add(&field.name, field.unit.as_deref(), None, of);
+            sheet.add(&field.name, field.unit.as_deref(), None, of);
         }
     }
-    let clock = options.film.map(|(fps, start_s)| {
-        table.add(TIME, Some("s"), None, |i| start_s + i as f64 / fps);
-        table.columns.len() - 1
-    });
-    table.add("width", None, None, |i| rows[i].size.map_or(f64::NAN, |(w, _)| w as f64));
-    table.add("height", None, None, |i| rows[i].size.map_or(f64::NAN, |(_, h)| h as f64));
-    if let Some(task) = &options.task {
-        for (k, (name, unit)) in task.columns().into_iter().enumerate() {
-            let of = |i: usize| rows[i].reading.as_ref().ok().and_then(|r| r.as_ref()).map(|r| r.values[k]);
-            // One number for the channel: the largest, of which nobody can say that it is too small.
-            let largest =
-                (0..rows.len()).filter_map(of).map(|v| v.std).filter(|s| s.is_finite()).fold(f64::NAN, f64::max);
-            table.add(&name, Some(unit), Some(largest).filter(|s| s.is_finite()), |i| {
-                of(i).map_or(f64::NAN, |v| v.value)
-            });
-            table.add(&format!("{name}_std"), Some(unit), None, |i| of(i).map_or(f64::NAN, |v| v.std));
-        }
-        let such: Vec<(usize, String)> = rows
-            .iter()
-            .zip(&pictures)
-            .enumerate()
-            .filter_map(|(i, (row, raw))| {
-                let notes = row.reading.as_ref().ok()?.as_ref()?.notes.join("; ");
-                (!notes.is_empty()).then(|| (i, format!("{}: {notes}", raw.file_name())))
-            })
-            .collect();
-        findings.extend(told_of(raw.name(), FindingKind::PictureQuality, Severity::Note, &such));
-        let readings: Vec<&Reading> = rows.iter().filter_map(|row| row.reading.as_ref().ok()?.as_ref()).collect();
-        let warnings = task.warnings(&readings);
-        findings.extend(warnings.into_iter().map(|text| Finding {
-            kind: FindingKind::PictureScale,
-            severity: Severity::Note,
-            file: raw.name().to_owned(),
-            channel: None,
-            spans: vec![],
-            count: rows.len(),
-            text,
-        }));
-    }
-    let rows = rows.len();
-    let reasons = vec![format!("{rows} pictures, in the order of the numbers in their names")];
-    Ok(Recording {
-        format: "pictures",
-        tables: vec![Table {
-            name: String::new(),
-            schema: None,
-            columns: table.columns,
-            rows,
-            lines: LineMap::default(),
-            clock,
-            decimal: Decimal::Point,
-        }],
-        findings,
-        reasons,
-        metadata: vec![],
-        origin: None,
-    })
-}
-
-fn row(raw: &RawFile, task: Option<&Task>) -> Result<Row, IngestError> {
-    Ok(match open(raw)? {
-        Err(why) => Row { size: None, reading: Err((FindingKind::BrokenPicture, why)) },
-        Ok(picture) => Row {
-            size: Some((picture.width(), picture.height())),
-            reading: task.map(|task| task.measure(&picture)).transpose().map_err(|why| (FindingKind::NotMeasured, why)),
-        },
-    })
-}
-
-/// A finding about some of the pictures.
-fn told_of(file: &str, kind: FindingKind, severity: Severity, such: &[(usize, String)]) -> Option<Finding> {
-    let texts: Vec<String> = such.iter().map(|(_, text)| text.clone()).collect();
-    (!such.is_empty()).then(|| Finding {
-        kind,
-        severity,
-        file: file.to_owned(),
-        channel: None,
-        spans: vec![],
-        count: such.len(),
-        text: listed(&texts),
-    })
-}
-
-/// The first few of many.
-fn listed(texts: &[String]) -> String {
-    const SHOWN: usize = 4;
-    let more = if texts.len() > SHOWN { format!(" and {} more", texts.len() - SHOWN) } else { String::new() };
-    format!("{}{more}", texts[..texts.len().min(SHOWN)].join("; "))
-}
-
-/// Columns that are being made.
-struct Sheet<'k> {
-    rows: usize,
-    keep: Keep<'k>,
-    columns: Vec<Column>,
-}
-
-impl Sheet<'_> {
-    fn add(&mut self, name: &str, unit: Option<&str>, std: Option<f64>, of: impl Fn(usize) -> f64) {
-        let mut column = Column::new(name, unit, Cells::Numbers((0..self.rows).map(of).collect()));
-        column.std = std;
-        // A table that is kept keeps its clock.
-        let is_clock = name == TIME && self.keep.wants("");
-        if !is_clock && !self.keep.keeps("", name, self.columns.len() + 1) {
-            column.cells = Cells::NotKept;
-        }
-        self.columns.push(column);
-    }
+    let clock = options.film.map(|(fps, start_s)| sheet.add_stamps(TIME, |i| start_s + i as f64 / fps));
+    findings.extend(measured::add(&mut sheet, raw.name(), &rows, options.task.as_ref()));
+    let reasons = vec![format!("{of} pictures, in the order of the numbers in their names")];
+    let photographs = rows.into_iter().filter_map(|row| row.photograph).collect();
+    let tables = vec![sheet.finish(None, clock)];
+    Ok(Recording { format: "pictures", tables, findings, reasons, metadata: vec![], origin: None, photographs })
 }
 
 #[cfg(test)]

@@ -424,6 +424,14 @@ impl Reading<'_> {
         let origin = terminal.as_ref().and_then(Terminal::origin);
         let (table, cells) = sheet.finish();
         findings.extend(cells);
-        Recording { format: "serial log", tables: vec![table], findings, reasons, metadata: self.metadata, origin }
+        Recording {
+            format: "serial log",
+            tables: vec![table],
+            findings,
+            reasons,
+            metadata: self.metadata,
+            origin,
+            photographs: vec![],
+        }
     }
 }

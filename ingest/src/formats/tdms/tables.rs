@@ -75,7 +75,15 @@ pub(super) fn recording(raw: &RawFile, pass: Pass, keep: Keep) -> Result<Recordi
     let Making { reasons, mut findings, undated, .. } = making;
     let origin = origin.map(|seconds| Timestamp { seconds, fraction: 0 }.second());
     findings.extend(origin.as_ref().and_then(|origin| tell::undated(file, &undated, origin)));
-    Ok(Recording { format: "TDMS", tables, findings, reasons, metadata: metadata(&objects), origin })
+    Ok(Recording {
+        format: "TDMS",
+        tables,
+        findings,
+        reasons,
+        metadata: metadata(&objects),
+        origin,
+        photographs: vec![],
+    })
 }
 
 /// Channels by their times. Channels that state none join those of their group that are as many, if there is one such table.

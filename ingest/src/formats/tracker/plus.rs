@@ -332,6 +332,7 @@ impl<'a> Reading<'a> {
             reasons,
             metadata: self.metadata,
             origin: None,
+            photographs: vec![],
         })
     }
 }

@@ -258,7 +258,15 @@ impl<'a> Reading<'a> {
             out.push(table);
         }
         let origin = origin_s.map(|s| utc_second(s, layout.is_utc));
-        Recording { format: "trakSTAR log", tables: out, findings, reasons, metadata: Vec::new(), origin }
+        Recording {
+            format: "trakSTAR log",
+            tables: out,
+            findings,
+            reasons,
+            metadata: Vec::new(),
+            origin,
+            photographs: vec![],
+        }
     }
 }
 

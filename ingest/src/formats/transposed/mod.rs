@@ -373,7 +373,15 @@ impl Reading<'_> {
             clock: None,
             decimal: Decimal::Point,
         };
-        Ok(Recording { format: "transposed text", tables: vec![table], findings, reasons, metadata, origin: None })
+        Ok(Recording {
+            format: "transposed text",
+            tables: vec![table],
+            findings,
+            reasons,
+            metadata,
+            origin: None,
+            photographs: vec![],
+        })
     }
 }
 

@@ -26,6 +26,7 @@ pub(in crate::manifest) struct RawCamera {
     body: Option<RawBody>,
     region: Option<Spanned<[usize; 4]>>,
     names: Option<Spanned<String>>,
+    topic: Option<Spanned<String>>,
     fps: Option<Spanned<f64>>,
     start: Option<Amount>,
 }
@@ -145,7 +146,30 @@ impl RawCamera {
                 Some((*fps.get_ref(), start.unwrap_or(0.0)))
             }
         };
+        if let Some(topic) = &self.topic {
+            for (key, span) in
+                [("names", self.names.as_ref().map(Spanned::span)), ("fps", self.fps.as_ref().map(Spanned::span))]
+            {
+                if let Some(span) = span {
+                    return Err(document.malformed(
+                        span,
+                        "no `names` and no `fps` beside `topic`: messages have stamps of their own",
+                        format!("`{key}`"),
+                        "remove it, or `topic`",
+                    ));
+                }
+            }
+            if topic.get_ref().is_empty() {
+                return Err(document.malformed(
+                    topic.span(),
+                    "the name of a topic",
+                    "none",
+                    "name it as `inspect` does",
+                ));
+            }
+        }
         Ok(PictureOptions {
+            topic: self.topic.as_ref().map(|topic| topic.get_ref().clone()),
             task: Some(Task::Diameter(setup)),
             names: self.names.as_ref().map(names).transpose()?,
             film,

@@ -239,16 +239,19 @@ impl RawReader {
 
     fn pictures(&self, document: &Document) -> Result<PictureOptions, IngestError> {
         let Some(camera) = &self.camera else { return Ok(PictureOptions::default()) };
-        if let Some(other) = self.format.as_ref().filter(|format| format.get_ref() != Format::Pictures.id()) {
-            let found = format!("format = \"{}\"", other.get_ref());
+        let options = camera.get_ref().options(document)?;
+        let of_topic = options.topic.is_some();
+        let expected = if of_topic { Format::Mcap } else { Format::Pictures };
+        if let Some(other) = self.format.as_ref().filter(|format| format.get_ref() != expected.id()) {
+            let beside = if of_topic { "`camera` of a `topic` with" } else { "`camera` with" };
             return Err(document.malformed(
                 camera.span(),
-                "`camera` with format = \"pictures\"",
-                found,
-                "remove one of the two",
+                &format!("{beside} format = \"{}\"", expected.id()),
+                format!("format = \"{}\"", other.get_ref()),
+                "pictures in a bag have a `topic`; a folder of them is format = \"pictures\"",
             ));
         }
-        camera.get_ref().options(document)
+        Ok(options)
     }
 
     fn csv(&self) -> CsvOptions {

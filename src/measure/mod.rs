@@ -1,4 +1,9 @@
-//! `pneuval measure`: lengths from photographs.
+//! `pneuval measure`: lengths, angles and areas from photographs; scales and lenses for them.
+
+mod arguments;
+mod lens;
+mod scale;
+mod words;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -10,22 +15,19 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use pneuval_analysis::report::overlay;
-use pneuval_ingest::camera::lens::Lens;
-use pneuval_ingest::camera::opencv;
-use pneuval_ingest::camera::scale::{Length, Scale};
-use pneuval_ingest::camera::silhouette::{Axis, Sought};
-use pneuval_ingest::camera::task::{Reading, Setup, Task};
+use pneuval_ingest::IngestError;
+use pneuval_ingest::camera::task::{Reading, Task};
 use pneuval_ingest::error::Place;
 use pneuval_ingest::formats::pictures::names::Pattern;
 use pneuval_ingest::formats::pictures::{open, pictures};
 use pneuval_ingest::limits::LOG_BYTES_MAX;
 use pneuval_ingest::raw::RawFile;
-use pneuval_ingest::units::{Dimension, Unit};
-use pneuval_ingest::{IngestError, limits};
 
-use crate::cli::{AxisArgument, BodyArgument, Measure, MeasureDiameter, Measured};
 use crate::exit::{Failure, Outcome};
 use crate::{output, table};
+
+pub use arguments::Measure;
+use arguments::{Job, MeasureDiameter, Measured};
 
 /// What became of a picture, for `--json`.
 #[derive(Serialize)]
@@ -60,40 +62,44 @@ struct Progress {
 }
 
 pub fn run(arguments: &Measure) -> Result<Outcome, Failure> {
-    let Measured::Diameter(arguments) = &arguments.what;
-    diameters(arguments)
+    match &arguments.what {
+        Measured::Diameter(MeasureDiameter { job, camera, axis }) => {
+            values(job, &Task::Diameter(words::setup(camera, *axis)?))
+        }
+        Measured::Scale(arguments) => scale::run(arguments),
+        Measured::Lens(arguments) => lens::run(arguments),
+    }
 }
 
-fn diameters(arguments: &MeasureDiameter) -> Result<Outcome, Failure> {
-    let task = Task::Diameter(setup(arguments)?);
-    let pattern = arguments.names.as_deref().map(names).transpose()?;
-    let raws: Vec<RawFile> = arguments.pictures.iter().map(|path| opened(path)).collect::<Result<_, _>>()?;
+/// Measures pictures side by side, tells the values, draws what was measured.
+fn values(job: &Job, task: &Task) -> Result<Outcome, Failure> {
+    let pattern = job.names.as_deref().map(words::names).transpose()?;
+    let raws: Vec<RawFile> = job.pictures.iter().map(|path| opened(path)).collect::<Result<_, _>>()?;
     let all: Vec<&RawFile> = raws.iter().flat_map(|raw| pictures(raw)).collect();
     let names = overlay_names(&all);
-    if let Some(out) = &arguments.out {
-        check_out(out, &arguments.pictures)?;
+    if let Some(out) = &job.out {
+        check_out(out, &job.pictures)?;
         std::fs::create_dir_all(out).map_err(|source| IngestError::read(out, source))?;
     }
-    let progress = Progress { done: AtomicUsize::new(0), of: all.len(), shown: std::io::stderr().is_terminal() };
+    let progress = Progress::new(all.len());
     let one = |(raw, name): (&&RawFile, &String)| {
-        let found = measured(raw, &task, arguments.out.as_ref().map(|out| out.join(name)).as_deref());
+        let found = measured(raw, task, job.out.as_ref().map(|out| out.join(name)).as_deref());
         progress.step();
         found
     };
     let found: Vec<Result<Reading, String>> = all.par_iter().zip(&names).map(one).collect::<Result<_, Failure>>()?;
     progress.end();
-    let told: Vec<Told> =
-        all.iter().zip(&found).map(|(raw, found)| told(raw, found, &task, pattern.as_ref())).collect();
-    if arguments.json {
+    let told: Vec<Told> = all.iter().zip(&found).map(|(raw, found)| told(raw, found, task, pattern.as_ref())).collect();
+    if job.json {
         output::print_json(&told)?;
     } else {
-        output::print(&text(&told, &task))?;
+        output::print(&text(&told, task))?;
     }
     let readings: Vec<&Reading> = found.iter().flatten().collect();
     task.warnings(&readings).iter().for_each(|warning| output::tell(&format!("note: {warning}")));
     if readings.is_empty() {
         return Err(IngestError::Unusable {
-            place: Place::new(&arguments.pictures[0].display().to_string(), None, None),
+            place: Place::new(&job.pictures[0].display().to_string(), None, None),
             expected: "a picture of a body, to be measured".to_owned(),
             found: told.first().and_then(|told| told.refused.clone()).unwrap_or_else(|| "none".to_owned()),
             next: "the reasons stand beside each picture".to_owned(),
@@ -211,92 +217,11 @@ fn text(all: &[Told], task: &Task) -> String {
     out
 }
 
-fn setup(arguments: &MeasureDiameter) -> Result<Setup, Failure> {
-    let length = |flag: &'static str, text: &Option<String>| text.as_deref().map(|t| length(flag, t)).transpose();
-    let above = |flag: &'static str, text: &Option<String>| -> Result<Option<Length>, Failure> {
-        match length(flag, text)? {
-            Some((metre, std)) if metre > 0.0 && std < metre => Ok(Some(Length { metre, std })),
-            Some(_) => {
-                Err(bad(flag, text.as_deref().unwrap_or_default(), "a length above zero and above its uncertainty"))
-            }
-            None => Ok(None),
-        }
-    };
-    Ok(Setup {
-        sought: Sought {
-            axis: arguments.axis.map(|axis| match axis {
-                AxisArgument::Vertical => Axis::Vertical,
-                AxisArgument::Horizontal => Axis::Horizontal,
-            }),
-            is_dark: arguments.body.map(|body| matches!(body, BodyArgument::Dark)),
-            region: arguments.region.as_deref().map(region).transpose()?,
-        },
-        scale: above("--scale", &arguments.scale)?.map(|l| Scale { metre_per_px: l.metre, std: l.std }),
-        lens: arguments.lens.as_deref().map(lens).transpose()?,
-        distance: above("--distance", &arguments.distance)?,
-        offset_m: length("--offset", &arguments.offset)?,
-    })
-}
-
-/// `300,0,450,140`
-fn region(text: &str) -> Result<[usize; 4], Failure> {
-    let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
-    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| Failure::Flag {
-        flag: "--region",
-        found: format!("`{text}`"),
-        expected: "left, top, width and height in px".to_owned(),
-        next: "write it as 300,0,450,140".to_owned(),
-    })
-}
-
-fn lens(path: &Path) -> Result<Lens, Failure> {
-    let bytes = limits::read(path, limits::WRITTEN_BYTES_MAX)?;
-    let text = String::from_utf8_lossy(&bytes);
-    let calibrated = opencv::read(&text, None).map_err(|why| Failure::Flag {
-        flag: "--lens",
-        found: format!("{}: {why}", path.display()),
-        expected: "a calibration as OpenCV or ROS writes it in YAML".to_owned(),
-        next: "correct the file, or calibrate again".to_owned(),
-    })?;
-    Ok(calibrated.lens)
-}
-
-fn bad(flag: &'static str, found: &str, expected: &str) -> Failure {
-    Failure::Flag {
-        flag,
-        found: format!("`{found}`"),
-        expected: expected.to_owned(),
-        next: "write it as 300mm, or 300mm+-1 with its standard uncertainty".to_owned(),
-    }
-}
-
-/// `300mm`, `300 mm ± 1`, `300mm+-1`: value and standard uncertainty in m.
-fn length(flag: &'static str, text: &str) -> Result<(f64, f64), Failure> {
-    let expected = "a number, a unit of length, and its standard uncertainty in the same unit behind `+-`";
-    let refused = || bad(flag, text, expected);
-    let (value, std) = match text.split_once("+-").or_else(|| text.split_once('±')) {
-        Some((value, std)) => (value, std.trim().parse::<f64>().map_err(|_| refused())?),
-        None => (text, 0.0),
-    };
-    let value = value.trim();
-    let split = value.find(|c: char| c.is_alphabetic() || c == 'µ').ok_or_else(refused)?;
-    let number: f64 = value[..split].trim().parse().map_err(|_| refused())?;
-    let unit =
-        Unit::parse(value[split..].trim()).filter(|unit| unit.dimension == Dimension::Length).ok_or_else(refused)?;
-    let sound = number.is_finite() && std.is_finite() && std >= 0.0;
-    sound.then(|| (unit.to_si(number), unit.to_si(std))).ok_or_else(refused)
-}
-
-fn names(text: &str) -> Result<Pattern, Failure> {
-    Pattern::parse(text).map_err(|why| Failure::Flag {
-        flag: "--names",
-        found: format!("`{text}`: {why}"),
-        expected: "names with numbers in braces".to_owned(),
-        next: "write it as 'p{pressure:kPa}_{n}.png'".to_owned(),
-    })
-}
-
 impl Progress {
+    fn new(of: usize) -> Self {
+        Self { done: AtomicUsize::new(0), of, shown: std::io::stderr().is_terminal() }
+    }
+
     fn step(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         if self.shown {
