@@ -108,6 +108,7 @@ impl Picture {
 
     /// The picture so many times smaller, in 8 bits: each px the mean of those that it stands for. What is left over at the right and at the
     /// bottom is cut off.
+    #[must_use]
     pub fn smaller(&self, by: usize) -> Self {
         let by = by.clamp(1, self.width.min(self.height));
         let (width, height) = (self.width / by, self.height / by);

@@ -1,6 +1,6 @@
 //! From rows of pixels, as cameras send them in messages, to a picture.
 //!
-//! Encodings are those of `sensor_msgs/image_encodings` and of OpenCV's types beside them (three channels are blue, green, red there).
+//! Encodings are those of `sensor_msgs/image_encodings` and of `OpenCV`'s types beside them (three channels are blue, green, red there).
 
 use super::decode::PIXELS_MAX;
 use super::picture::{Picture, Pixels};

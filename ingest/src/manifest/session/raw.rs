@@ -246,7 +246,7 @@ impl RawReader {
             let beside = if of_topic { "`camera` of a `topic` with" } else { "`camera` with" };
             return Err(document.malformed(
                 camera.span(),
-                &format!("{beside} format = \"{}\"", expected.id()),
+                format!("{beside} format = \"{}\"", expected.id()),
                 format!("format = \"{}\"", other.get_ref()),
                 "pictures in a bag have a `topic`; a folder of them is format = \"pictures\"",
             ));
