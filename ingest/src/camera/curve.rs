@@ -59,28 +59,31 @@ impl Curve {
     pub fn pair(points: [&[(f64, f64)]; 2], range: (f64, f64), most: usize) -> Option<([Self; 2], usize)> {
         // What is no part of the edge, once and for all: by the most flexible curve.
         let flexible = [Self::fit(points[0], range, most)?, Self::fit(points[1], range, most)?];
-        let of = |degree: usize| -> Option<[Self; 2]> {
-            let one = |i: usize| Self::of(points[i], range, degree, Some(&flexible[i].used));
-            Some([one(0)?, one(1)?])
-        };
+        let sums = [0, 1].map(|i| Moments::of(points[i], range, &flexible[i].used));
         let n: usize = flexible.iter().map(Self::n).sum();
-        let squares = |pair: &[Self; 2]| pair.iter().map(|c| c.squares).sum::<f64>();
+        let squares = |degree: usize| Some(sums[0].left(degree)? + sums[1].left(degree)?);
         let mut degree = 0;
-        let mut found = of(0)?;
+        let mut left = squares(0)?;
         while degree + 2 <= most {
             // Whether one of the richer ones explains more than chance does.
             let richer = (degree + 2..=most).step_by(2).find_map(|d| {
-                let pair = of(d)?;
+                let of_richer = squares(d)?;
                 let more = (2 * (d - degree)) as f64;
                 let freedom = n.checked_sub(2 * (d + 1)).filter(|f| *f > 0)? as f64;
-                let f = (squares(&found) - squares(&pair)) / more / (squares(&pair) / freedom);
+                let f = (left - of_richer) / more / (of_richer / freedom);
                 let worth = FisherSnedecor::new(more, freedom).ok()?.inverse_cdf(1.0 - WORTH);
-                (f > worth).then_some((pair, d))
+                (f > worth).then_some((of_richer, d))
             });
-            let Some((pair, d)) = richer else { break };
-            (found, degree) = (pair, d);
+            let Some((of_richer, d)) = richer else { break };
+            (left, degree) = (of_richer, d);
         }
-        Some((found, degree))
+        let one = |i: usize| Self::of(points[i], range, degree, Some(&flexible[i].used));
+        Some(([one(0)?, one(1)?], degree))
+    }
+
+    /// The curve through points that were chosen before.
+    pub fn through(points: &[(f64, f64)], range: (f64, f64), degree: usize, used: &[bool]) -> Option<Self> {
+        Self::of(points, range, degree.min(DEGREE_MAX), Some(used))
     }
 
     fn of(points: &[(f64, f64)], (from, to): (f64, f64), degree: usize, given: Option<&[bool]>) -> Option<Self> {
@@ -96,31 +99,16 @@ impl Curve {
         };
         let rounds = if given.is_some() { 1 } else { ROUNDS };
         let mut found: Option<Self> = None;
+        let mut last = Vec::new();
         for _ in 0..rounds {
             let count = used.iter().filter(|u| **u).count();
             if count < n + 2 {
                 return None;
             }
-            // Sums of powers up to twice the degree make the whole matrix.
-            let (mut sums, mut right) = ([0.0; 2 * TERMS - 1], [0.0; TERMS]);
-            for ((x, y), _) in points.iter().zip(&used).filter(|(_, used)| **used) {
-                let t = (x - middle) / half;
-                let mut power = 1.0;
-                for (k, sum) in sums.iter_mut().enumerate().take(2 * n - 1) {
-                    *sum += power;
-                    if k < n {
-                        right[k] += power * y;
-                    }
-                    power *= t;
-                }
-            }
-            // Terms beyond the degree are kept apart by ones.
-            let normal = SMatrix::<f64, TERMS, TERMS>::from_fn(|i, j| match i.max(j) {
-                k if k < n => sums[i + j],
-                _ => f64::from(u8::from(i == j)),
-            });
-            let inverse = normal.cholesky()?.inverse();
-            let coefficients: [f64; TERMS] = (inverse * SVector::<f64, TERMS>::from(right)).into();
+            let sums = Moments::of(points, (from, to), &used);
+            let inverse = sums.inverse(degree)?;
+            let mut coefficients: [f64; TERMS] = (inverse * sums.right(degree)).into();
+            coefficients[0] += sums.origin;
             let mut curve = Self {
                 middle,
                 half,
@@ -138,19 +126,21 @@ impl Curve {
             let next: Vec<bool> = if given.is_some() {
                 used.clone()
             } else {
-                let limit = FAR_STDS * MAD_TO_STD * median(of_used.iter().map(|r| r.abs()).collect()) + f64::EPSILON;
+                let limit = FAR_STDS * MAD_TO_STD * median(some(of_used.iter().map(|r| r.abs()))) + f64::EPSILON;
                 points.iter().zip(&left).map(|(p, r)| inside(p) && r.abs() <= limit).collect()
             };
-            // Neighbours that stray together know less than their number.
-            curve.covariance *= curve.left * curve.left * together(&of_used);
             let is_settled = next == used;
+            last = of_used;
             found = Some(curve);
             if is_settled {
                 break;
             }
             used = next;
         }
-        found
+        let mut curve = found?;
+        // Neighbours that stray together know less than their number.
+        curve.covariance *= curve.left * curve.left * together(&last);
+        Some(curve)
     }
 
     /// Points that belong to it.
@@ -192,6 +182,57 @@ impl Curve {
     }
 }
 
+/// Sums of powers over points: all that a polynomial of any degree is solved from.
+struct Moments {
+    /// Σ t^k.
+    powers: [f64; 2 * TERMS - 1],
+    /// Σ t^k (y - origin).
+    right: [f64; TERMS],
+    /// Σ (y - origin)².
+    squares: f64,
+    /// One of the points, so that squares keep their digits.
+    origin: f64,
+}
+
+impl Moments {
+    fn of(points: &[(f64, f64)], (from, to): (f64, f64), used: &[bool]) -> Self {
+        let (middle, per_half) = (f64::midpoint(from, to), 2.0 / (to - from));
+        let origin = points.get(points.len() / 2).map_or(0.0, |(_, y)| *y);
+        let origin = if origin.is_finite() { origin } else { 0.0 };
+        let mut sums = Self { powers: [0.0; 2 * TERMS - 1], right: [0.0; TERMS], squares: 0.0, origin };
+        for ((x, y), _) in points.iter().zip(used).filter(|(_, used)| **used) {
+            let (t, y) = ((x - middle) * per_half, y - origin);
+            let all = powers(t);
+            let top = all[TERMS - 1];
+            sums.powers[..TERMS].iter_mut().zip(all).for_each(|(sum, p)| *sum += p);
+            sums.powers[TERMS..].iter_mut().zip(&all[1..]).for_each(|(sum, p)| *sum += top * p);
+            sums.right.iter_mut().zip(all).for_each(|(sum, p)| *sum += p * y);
+            sums.squares += y * y;
+        }
+        sums
+    }
+
+    /// The inverse of the normal equations; terms beyond the degree are kept apart by ones.
+    fn inverse(&self, degree: usize) -> Option<SMatrix<f64, TERMS, TERMS>> {
+        let normal = SMatrix::<f64, TERMS, TERMS>::from_fn(|i, j| match i.max(j) {
+            k if k <= degree => self.powers[i + j],
+            _ => f64::from(u8::from(i == j)),
+        });
+        Some(normal.cholesky()?.inverse())
+    }
+
+    fn right(&self, degree: usize) -> SVector<f64, TERMS> {
+        SVector::from_fn(|i, _| if i <= degree { self.right[i] } else { 0.0 })
+    }
+
+    /// The sum of squares that a polynomial of a degree leaves; not below what rounding leaves of nothing.
+    fn left(&self, degree: usize) -> Option<f64> {
+        let right = self.right(degree);
+        let explained = (self.inverse(degree)? * right).dot(&right);
+        Some((self.squares - explained).max(f64::EPSILON * self.squares))
+    }
+}
+
 /// By how much a sum over neighbours varies more than one over strangers: one and twice the sum of their correlations, weighed down
 /// with their distance (Newey and West).
 fn together(left: &[f64]) -> f64 {
@@ -202,6 +243,15 @@ fn together(left: &[f64]) -> f64 {
     let lag = |k: usize| left.iter().zip(&left[k..]).map(|(a, b)| a * b).sum::<f64>() / squares;
     let weight = |k: usize| 1.0 - k as f64 / (LAGS + 1) as f64;
     (1.0 + 2.0 * (1..=LAGS).map(|k| weight(k) * lag(k)).sum::<f64>()).max(1.0)
+}
+
+/// So many values tell where their middle lies: the first of every few, spread over all.
+const TELLING: usize = 256;
+
+/// Enough of many values for their median.
+pub(super) fn some(values: impl ExactSizeIterator<Item = f64>) -> Vec<f64> {
+    let step = (values.len() / TELLING).max(1);
+    values.step_by(step).collect()
 }
 
 /// The middle value; zero of none.

@@ -9,18 +9,19 @@
 //! account. Curves are polynomials of the degree that the edges ask for. Blur moves the half level of a curved edge towards its centre,
 //! by σ²/2 over the radius, which is taken back.
 
+mod outline;
+mod seeker;
+
 use nalgebra::Vector2;
 
-use super::curve::{Curve, DEGREE_MAX, median};
-use super::edge::{Blur, Edge};
+use super::curve::{Curve, DEGREE_MAX, median, some};
 use super::picture::{Picture, Place};
 use super::silhouette::{Axis, Body, Refusal, Row, Sought, body};
-
-/// The part of the body about its widest place over which edges are taken, as a share of its largest width.
-const WIDE_SHARE: f64 = 0.8;
+use outline::{common, largest, middle_slope, profile, wide_part};
+use seeker::{Found, Rows, Seeker};
 
 /// Where the body is thinner than this share of its largest width, only one of so many rows is looked at: a curve turned by its tilt needs some
-/// more than [`WIDE_SHARE`].
+/// more than the four fifths of the width over which it is measured.
 const THIN_SHARE: f64 = 0.7;
 const PROFILE_STEP: usize = 4;
 
@@ -47,21 +48,15 @@ const EDGES_SHARE_MIN: f64 = 0.5;
 /// Blur in px that is looked for.
 const BLUR_PX: (f64, f64) = (0.5, 12.0);
 
-/// A step of brightness from either end is as good as the end.
-const END_STEP: f32 = 0.5;
-
-/// An edge beside which so much of the line lies at an end of the brightness is saturated; a picture, at which so many edges are.
-const CLIPPED_SHARE: f64 = 0.6;
+/// A picture in which so many edges are saturated is.
 const SATURATED_SHARE_MAX: f64 = 0.3;
 
 /// Rounds in which the blur settles, and in which the axis does; it has where the middle goes over by so little, as a slope.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 3;
+const STEPS_FIRST: usize = 3;
 const AXIS_ROUNDS: usize = 12;
 const STRAIGHT: f64 = 1e-6;
 const TURN_MAX: f64 = 0.2;
-
-/// Places along the axis at which the largest width is looked for.
-const PLACES: usize = 200;
 
 /// What remains beside noise: of pixels that are not alike, and curves that are no polynomials. Standard uncertainty in px.
 const FLOOR_PX: f64 = 0.003;
@@ -154,123 +149,6 @@ pub struct Width {
     pub std_px: f64,
 }
 
-/// The picture as rows across the axis.
-struct Rows<'a> {
-    picture: &'a Picture,
-    axis: Axis,
-}
-
-impl Rows<'_> {
-    fn length(&self) -> usize {
-        match self.axis {
-            Axis::Vertical => self.picture.width(),
-            Axis::Horizontal => self.picture.height(),
-        }
-    }
-
-    fn count(&self) -> usize {
-        match self.axis {
-            Axis::Vertical => self.picture.height(),
-            Axis::Horizontal => self.picture.width(),
-        }
-    }
-
-    fn read(&self, row: usize, from: usize, into: &mut [f32]) {
-        match self.axis {
-            Axis::Vertical => self.picture.luma_row(row, from, into),
-            Axis::Horizontal => {
-                into.iter_mut().enumerate().for_each(|(i, value)| *value = self.picture.luma(row, from + i));
-            }
-        }
-    }
-
-    fn place(&self, row: f64, at: f64) -> Place {
-        match self.axis {
-            Axis::Vertical => Place::new(at, row),
-            Axis::Horizontal => Place::new(row, at),
-        }
-    }
-}
-
-/// An edge on a row.
-#[derive(Debug, Clone, Copy)]
-struct Found {
-    row: f64,
-    at: f64,
-    edge: Edge,
-    is_clipped: bool,
-    /// Like its neighbours.
-    is_sound: bool,
-}
-
-/// Looks for edges along rows.
-struct Seeker<'a> {
-    rows: Rows<'a>,
-    blur: Blur,
-    line: Vec<f32>,
-}
-
-impl Seeker<'_> {
-    /// The edge of a row near a place, of an outline that goes over so many px a row there.
-    fn edge(&mut self, row: usize, guess: f64, slope: f64, blur_px: f64, with_blur: bool) -> Option<Found> {
-        let seen_px = blur_px * slope.mul_add(slope, 1.0).sqrt();
-        let reach = Blur::reach_px(seen_px);
-        let from = whole(guess - reach)?;
-        let length = whole(2.0 * reach)? + 1;
-        if from + length > self.rows.length() {
-            return None;
-        }
-        self.line.resize(length, 0.0);
-        self.rows.read(row, from, &mut self.line);
-        let steps = if with_blur { 3 } else { 1 };
-        let edge = self.blur.edge(&self.line, guess - from as f64, seen_px, with_blur, steps)?;
-        let clipped = self.line.iter().filter(|v| **v <= END_STEP || **v >= 255.0 - END_STEP).count();
-        let is_clipped = clipped as f64 > CLIPPED_SHARE * 0.5 * length as f64;
-        Some(Found { row: row as f64, at: from as f64 + edge.at, edge, is_clipped, is_sound: true })
-    }
-
-    /// Where a row crosses half of its way near a place that is a step of the grid off, and how wide that crossing is.
-    fn crossing(&mut self, row: usize, near: usize, step: usize) -> Option<(f64, f64)> {
-        const SMOOTH: usize = 5;
-        let side = 2 * step + 12;
-        let from = near.checked_sub(side)?;
-        let length = 2 * side + 1;
-        if from + length > self.rows.length() {
-            return None;
-        }
-        self.line.resize(length, 0.0);
-        self.rows.read(row, from, &mut self.line);
-        let smooth: Vec<f64> =
-            self.line.windows(SMOOTH).map(|w| w.iter().map(|v| f64::from(*v)).sum::<f64>() / SMOOTH as f64).collect();
-        // The steepest place, over the width of the smoothing.
-        let steep = |i: usize| (smooth[i + SMOOTH] - smooth[i]).abs();
-        let top = (0..smooth.len() - SMOOTH).max_by(|a, b| steep(*a).total_cmp(&steep(*b)))?;
-        let levels = (median(smooth[..=top.saturating_sub(SMOOTH)].to_vec()), {
-            median(smooth[(top + 2 * SMOOTH).min(smooth.len() - 1)..].to_vec())
-        });
-        let share = |i: usize| (smooth[i] - levels.0) / (levels.1 - levels.0);
-        let cross = |level: f64, way: Vec<usize>| {
-            let i = way.into_iter().find(|&i| (share(i) > level) != (share(i + 1) > level))?;
-            Some(i as f64 + (level - share(i)) / (share(i + 1) - share(i)))
-        };
-        let middle = top + SMOOTH / 2;
-        let last = smooth.len() - 1;
-        let half = cross(0.5, (top..(top + SMOOTH + 1).min(last)).collect())?;
-        let quarter = cross(0.25, (0..middle.min(last)).rev().collect());
-        let three = cross(0.75, (middle..last).collect());
-        let width = quarter.zip(three).map_or(f64::NAN, |(a, b)| (b - a).abs());
-        let at = from as f64 + half + (SMOOTH / 2) as f64;
-        at.is_finite().then_some((at, width))
-    }
-}
-
-/// A number of px; `None` below zero.
-fn whole(px: f64) -> Option<usize> {
-    // Pictures have far fewer px than 2⁵².
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    (0.0..1e9).contains(&px).then_some(px as usize)
-}
-
 /// The two outlines of a body over its rows.
 type Outlines = [Curve; 2];
 
@@ -285,8 +163,7 @@ pub fn diameter(
     straight: &dyn Fn(Place) -> Option<Place>,
 ) -> Result<Diameter, Refusal> {
     let body = body(picture, sought)?;
-    let rows = Rows { picture, axis: body.axis };
-    let mut seeker = Seeker { rows, blur: Blur::new(), line: Vec::new() };
+    let mut seeker = Seeker::new(picture, body.axis);
     let wide = wide_rows(&body)?;
     let (outlines, blur_px) = first(&mut seeker, &body, &wide)?;
     let found = every(&mut seeker, &outlines, blur_px, &wide);
@@ -366,14 +243,16 @@ fn first(seeker: &mut Seeker, body: &Body, wide: &[Row]) -> Result<(Outlines, f6
     // The middle half of a normal distribution is 1.349 deviations wide; a mean of five px has a variance of two px².
     let seen = median(widths) / 1.349;
     let mut blur_px = (seen * seen - 2.0).max(0.0).sqrt().clamp(1.0, BLUR_PX.1);
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
+        // The first outlines are a px off; those after them are good to one step.
+        let steps = if round == 0 { STEPS_FIRST } else { 1 };
         let mut points: [Vec<(f64, f64)>; 2] = [vec![], vec![]];
         let (mut wider, mut weights) = (0.0, 0.0);
         for row in wide {
             let y = row.at as f64;
             for (side, outline) in outlines.iter().enumerate() {
                 let (slope, _) = outline.derivatives(y);
-                let Some(found) = seeker.edge(row.at, outline.at(y), slope, blur_px, true) else { continue };
+                let Some(found) = seeker.edge(row.at, outline.at(y), slope, blur_px, steps) else { continue };
                 // Along the row it looks wider.
                 let seen = slope.mul_add(slope, 1.0).sqrt();
                 let step = found.edge.blur_step / seen;
@@ -406,7 +285,7 @@ fn every(seeker: &mut Seeker, outlines: &Outlines, blur_px: f64, wide: &[Row]) -
         }
         for (side, outline) in outlines.iter().enumerate() {
             let (slope, _) = outline.derivatives(y);
-            found[side].extend(seeker.edge(row, outline.at(y), slope, blur_px, false));
+            found[side].extend(seeker.near(row, outline.at(y), slope, blur_px));
         }
     }
     found
@@ -415,7 +294,7 @@ fn every(seeker: &mut Seeker, outlines: &Outlines, blur_px: f64, wide: &[Row]) -
 /// Marks edges that are none, though something is there: a line that is no blurred step, or one of another height than its neighbours'.
 fn sound(mut side: Vec<Found>) -> Vec<Found> {
     let freedom = |f: &Found| f.edge.left.1.max(1) as f64;
-    let usual = median(side.iter().map(|f| f.edge.left.0 / freedom(f)).collect());
+    let usual = median(some(side.iter().map(|f| f.edge.left.0 / freedom(f))));
     let heights: Vec<(f64, f64)> = side.iter().map(|f| (f.row, f.edge.levels.1 - f.edge.levels.0)).collect();
     let range = side.first().zip(side.last()).map_or((0.0, 0.0), |(a, b)| (a.row, b.row));
     let smooth = Curve::fit(&heights, range, DEGREE_HEIGHT);
@@ -471,11 +350,17 @@ fn measure(
     let (mut turn, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
     // How much the middle's slope changes with the turn.
     let mut gain = 1.0_f64;
+    // What is no part of the outlines stays so, however they are turned.
+    let mut used: Option<[Vec<bool>; 2]> = None;
     for _ in 0..AXIS_ROUNDS {
         let points = turned(along);
         let whole = common(&points).ok_or_else(few)?;
-        let of = |i: usize| Curve::fit(&points[i], whole, DEGREE_FIRST).ok_or_else(few);
+        let of = |i: usize| match &used {
+            None => Curve::fit(&points[i], whole, DEGREE_FIRST).ok_or_else(few),
+            Some(used) => Curve::through(&points[i], whole, DEGREE_FIRST, &used[i]).ok_or_else(few),
+        };
         let curves = [of(0)?, of(1)?];
+        used.get_or_insert_with(|| curves.each_ref().map(|curve| curve.used.clone()));
         range = wide_part(&curves);
         let slope = middle_slope(&curves, range);
         if slope.abs() < STRAIGHT {
@@ -594,67 +479,4 @@ fn ends_at_border(body: &Body, place: Place) -> bool {
     let (first, last) = (body.lines.0 as f64, body.lines.1 as f64);
     let near = 3.0 * body.step as f64 + 0.03 * (last - first);
     row < first + near || row > last - near
-}
-
-/// The slope of the middle between two curves, by a straight line through it.
-fn middle_slope(curves: &[Curve; 2], (from, to): (f64, f64)) -> f64 {
-    let (mut tt, mut tm) = (0.0, 0.0);
-    for i in 0..=PLACES {
-        let v = from + (to - from) * i as f64 / PLACES as f64;
-        let t = v - f64::midpoint(from, to);
-        tt += t * t;
-        tm += t * f64::midpoint(curves[0].at(v), curves[1].at(v));
-    }
-    tm / tt
-}
-
-/// The part of the axis along which both sides have edges.
-fn common(points: &[Vec<(f64, f64)>; 2]) -> Option<(f64, f64)> {
-    let ends = |side: &Vec<(f64, f64)>| {
-        side.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (v, _)| (a.min(*v), b.max(*v)))
-    };
-    let ((a, b), (c, d)) = (ends(&points[0]), ends(&points[1]));
-    (a.max(c) < b.min(d)).then_some((a.max(c), b.min(d)))
-}
-
-/// The part about the widest place where the body is nearly as wide.
-fn wide_part(curves: &[Curve; 2]) -> (f64, f64) {
-    let (from, to) = curves[0].range();
-    let at = |i: usize| from + (to - from) * i as f64 / PLACES as f64;
-    let widths: Vec<f64> = (0..=PLACES).map(|i| curves[1].at(at(i)) - curves[0].at(at(i))).collect();
-    let top = (0..=PLACES).max_by(|a, b| widths[*a].total_cmp(&widths[*b])).unwrap_or(0);
-    let is_wide = |i: &usize| widths[*i] > WIDE_SHARE * widths[top];
-    let first = (0..=top).rev().take_while(is_wide).last().unwrap_or(top);
-    let last = (top..=PLACES).take_while(is_wide).last().unwrap_or(top);
-    (at(first), at(last))
-}
-
-/// Where a smooth function is largest.
-fn largest(of: &dyn Fn(f64) -> f64, (from, to): (f64, f64)) -> f64 {
-    let step = (to - from) / PLACES as f64;
-    let at = |i: usize| from + step * i as f64;
-    let top = (0..=PLACES).max_by(|a, b| of(at(*a)).total_cmp(&of(at(*b)))).unwrap_or(0);
-    if top == 0 || top == PLACES {
-        return at(top);
-    }
-    // The top of a parabola through three places.
-    let (a, b, c) = (of(at(top - 1)), of(at(top)), of(at(top + 1)));
-    let bend = a - 2.0 * b + c;
-    if bend < 0.0 { at(top) + 0.5 * step * (a - c) / bend } else { at(top) }
-}
-
-/// Widths all along: between the edges of one side and the line through the nearest two of the other.
-fn profile(points: &[Vec<(f64, f64)>; 2], origin: f64, std_px: f64) -> Vec<Width> {
-    let mut right = points[1].clone();
-    right.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut left = points[0].clone();
-    left.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let width = |&(v, u): &(f64, f64)| {
-        let i = right.partition_point(|p| p.0 < v);
-        let (a, b) = (right.get(i.checked_sub(1)?)?, right.get(i)?);
-        let part = (v - a.0) / (b.0 - a.0);
-        let other = a.1 + part * (b.1 - a.1);
-        (b.0 - a.0 < 3.0 && part.is_finite()).then_some(Width { along_px: v - origin, width_px: other - u, std_px })
-    };
-    left.iter().filter_map(width).collect()
 }

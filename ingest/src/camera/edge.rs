@@ -7,7 +7,13 @@
 //! Φ the normal distribution (blur of lens and pixel), a and b the levels, g the slope of the light, x the edge. Least squares with Gauss
 //! and Newton's steps: for white noise that is all the line says. Its normal equations are built once for one or several steps, from a table of Φ and its slope.
 
+mod kernels;
+
+use std::sync::LazyLock;
+
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
+
+pub use kernels::{Kernels, Window};
 
 /// Entries of the table for one standard deviation, and how many deviations it reaches.
 const FINE: usize = 64;
@@ -26,11 +32,17 @@ const SINGULAR: f64 = 1e-10;
 /// Unknowns of the fit: level, height, slope, and what moves the edge and the blur.
 const UNKNOWNS: usize = 5;
 
+/// (Φ, φ) in steps of 1/[`FINE`].
+static TABLE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
+    let normal = Normal::standard();
+    let at = |i: usize| i as f64 / FINE as f64 - REACH as f64;
+    (0..=2 * REACH * FINE + 1).map(|i| (normal.cdf(at(i)), normal.pdf(at(i)))).collect()
+});
+
 /// Φ and its slope, tabulated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct Blur {
-    /// (Φ, φ) in steps of 1/[`FINE`].
-    table: Vec<(f64, f64)>,
+    table: &'static [(f64, f64)],
 }
 
 /// What a line says of its edge.
@@ -59,10 +71,7 @@ impl Default for Blur {
 impl Blur {
     /// The table.
     pub fn new() -> Self {
-        let normal = Normal::standard();
-        let at = |i: usize| i as f64 / FINE as f64 - REACH as f64;
-        let table = (0..=2 * REACH * FINE + 1).map(|i| (normal.cdf(at(i)), normal.pdf(at(i)))).collect();
-        Self { table }
+        Self { table: TABLE.as_slice() }
     }
 
     /// Φ and φ at so many standard deviations.
@@ -155,9 +164,15 @@ impl Blur {
     }
 }
 
-/// Solves symmetric equations, of which the lower half is given, by Cholesky's way: the unknowns, and the variances of what moves the edge
-/// and the blur.
+/// Solves symmetric equations, of which the lower half is given: the unknowns, and the variances of what moves the edge and the blur.
 fn solve<const N: usize>(normal: &[[f64; N]; N], right: &[f64; N]) -> Option<([f64; N], f64, f64)> {
+    let lower = cholesky(normal)?;
+    let unit = |which: usize| substitute(&lower, &std::array::from_fn(|i| f64::from(u8::from(i == which))))[which];
+    Some((substitute(&lower, right), unit(3), if N == UNKNOWNS { unit(4) } else { 0.0 }))
+}
+
+/// The lower factor of symmetric equations, of which the lower half is given.
+fn cholesky<const N: usize>(normal: &[[f64; N]; N]) -> Option<[[f64; N]; N]> {
     let mut lower = [[0.0; N]; N];
     for i in 0..N {
         for j in 0..=i {
@@ -173,20 +188,21 @@ fn solve<const N: usize>(normal: &[[f64; N]; N], right: &[f64; N]) -> Option<([f
             }
         }
     }
-    let of = |right: &[f64; N]| {
-        let mut x = [0.0; N];
-        for i in 0..N {
-            let sum: f64 = (0..i).map(|k| lower[i][k] * x[k]).sum();
-            x[i] = (right[i] - sum) / lower[i][i];
-        }
-        for i in (0..N).rev() {
-            let sum: f64 = (i + 1..N).map(|k| lower[k][i] * x[k]).sum();
-            x[i] = (x[i] - sum) / lower[i][i];
-        }
-        x
-    };
-    let unit = |which: usize| of(&std::array::from_fn(|i| f64::from(u8::from(i == which))))[which];
-    Some((of(right), unit(3), if N == UNKNOWNS { unit(4) } else { 0.0 }))
+    Some(lower)
+}
+
+/// The unknowns of one right side, by the lower factor.
+fn substitute<const N: usize>(lower: &[[f64; N]; N], right: &[f64; N]) -> [f64; N] {
+    let mut x = [0.0; N];
+    for i in 0..N {
+        let sum: f64 = (0..i).map(|k| lower[i][k] * x[k]).sum();
+        x[i] = (right[i] - sum) / lower[i][i];
+    }
+    for i in (0..N).rev() {
+        let sum: f64 = (i + 1..N).map(|k| lower[k][i] * x[k]).sum();
+        x[i] = (x[i] - sum) / lower[i][i];
+    }
+    x
 }
 
 #[cfg(test)]

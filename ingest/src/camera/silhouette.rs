@@ -8,21 +8,21 @@
 //! Everything here is good to one step of the grid. What is thin beside the body (a mount, a cable) or reaches from border to border (a
 //! table, a frame) is no body.
 
+mod grid;
+
 use std::fmt;
 
-use image::{GrayImage, Luma};
+use image::GrayImage;
 use imageproc::contrast::otsu_level;
-use imageproc::distance_transform::{Norm, euclidean_squared_distance_transform};
-use imageproc::morphology::open_mut;
-use imageproc::region_labelling::{Connectivity, connected_components};
 
 use super::picture::Picture;
+use grid::{Grid, depths, opened, parts, without_holes};
 
 /// The shorter side of the grid has about so many points; of the coarsest, and of the finest that is tried.
-const GRID: (usize, usize) = (68, 540);
+const GRID: (usize, usize) = (50, 540);
 
 /// The coarsest step of the grid, in px.
-const STEP_MAX: usize = 16;
+const STEP_MAX: usize = 24;
 
 /// A body has a circle of so many steps in it, at least; a finer grid is tried below the second.
 const RADIUS_MIN: f64 = 2.0;
@@ -48,9 +48,6 @@ const UNSURE_SHARE: f64 = 0.25;
 const MOUNT_SHARE: f64 = 0.6;
 const MOUNT_GROWTH: f64 = 1.25;
 const MOUNT_LINES: usize = 4;
-
-/// Light is looked at so often, without what a threshold took for the body.
-const LIGHT_ROUNDS: usize = 1;
 
 /// One of so many places tells the light: a prime, so that they lie everywhere.
 const SURFACE_STEP: usize = 7;
@@ -173,37 +170,6 @@ pub struct Row {
     pub is_free: bool,
 }
 
-/// Brightness on a grid.
-struct Grid {
-    step: usize,
-    origin: (usize, usize),
-    width: usize,
-    height: usize,
-    values: Vec<f32>,
-}
-
-impl Grid {
-    fn of(picture: &Picture, [left, top, across, down]: [usize; 4], step: usize) -> Option<Self> {
-        let (width, height) = (across / step, down / step);
-        if width < 4 || height < 4 {
-            return None;
-        }
-        let origin = (left + step / 2, top + step / 2);
-        let at = |i: usize| picture.luma(origin.0 + (i % width) * step, origin.1 + (i / width) * step);
-        Some(Self { step, origin, width, height, values: (0..width * height).map(at).collect() })
-    }
-
-    fn place(&self, i: usize) -> (f64, f64) {
-        let centred = |k: usize, n: usize| 2.0 * k as f64 / n as f64 - 1.0;
-        (centred(i % self.width, self.width), centred(i / self.width, self.height))
-    }
-
-    fn is_border(&self, i: usize) -> bool {
-        let (x, y) = (i % self.width, i / self.width);
-        x == 0 || y == 0 || x + 1 == self.width || y + 1 == self.height
-    }
-}
-
 /// The body of a picture.
 ///
 /// # Errors
@@ -231,28 +197,19 @@ fn on_grid(picture: &Picture, sought: Sought, region: [usize; 4], step: usize) -
     let grid = Grid::of(picture, region, step).ok_or(Refusal::NoBody)?;
     let (mask, is_dark) = mask(&grid, sought.is_dark)?;
     let mask = without_holes(&grid, &mask);
-    // To what is not the body, in steps; the frame of the grid is around, too.
-    let squares = euclidean_squared_distance_transform(&framed(&grid, &mask));
-    let depths: Vec<f64> = squares
-        .as_raw()
-        .chunks_exact(grid.width + 2)
-        .skip(1)
-        .take(grid.height)
-        .flat_map(|row| row[1..=grid.width].iter().map(|d| d.sqrt()))
-        .collect();
-    let labels = connected_components(&grey(grid.width, grid.height, &mask), Connectivity::Four, Luma([0])).into_raw();
+    let depths = depths(&grid, &mask);
+    let (labels, parts) = parts(&grid, &mask);
     let (free_rows, free_columns) = (free(&grid, &mask, false), free(&grid, &mask, true));
     // The deepest place of each part, where it is free on both sides.
-    let parts = labels.iter().copied().max().unwrap_or(0) as usize;
-    let mut deepest: Vec<(f64, usize)> = vec![(0.0, 0); parts + 1];
-    for (i, (label, depth)) in labels.iter().zip(&depths).enumerate() {
+    let mut deepest: Vec<(f64, usize)> = vec![(0.0, 0); parts as usize + 1];
+    for (i, (label, depth)) in labels.iter().zip(&depths).enumerate().filter(|(_, (label, _))| **label > 0) {
         let allowed = match sought.axis {
             Some(Axis::Vertical) => free_rows[i],
             Some(Axis::Horizontal) => free_columns[i],
             None => free_rows[i] || free_columns[i],
         };
         let best = &mut deepest[*label as usize];
-        if *label > 0 && allowed && *depth > best.0 {
+        if allowed && *depth > best.0 {
             *best = (*depth, i);
         }
     }
@@ -304,65 +261,46 @@ fn on_grid(picture: &Picture, sought: Sought, region: [usize; 4], step: usize) -
     })
 }
 
-/// Pixels of images are counted in 32 bits; grids are smaller.
-fn index(i: usize) -> u32 {
-    u32::try_from(i).unwrap_or(u32::MAX)
-}
-
-/// A mask as a picture.
-fn grey(width: usize, height: usize, mask: &[bool]) -> GrayImage {
-    let pixels = mask.iter().map(|b| if *b { 255 } else { 0 }).collect();
-    GrayImage::from_raw(index(width), index(height), pixels).unwrap_or_default()
-}
-
-/// What is around a mask, with a frame of one.
-fn framed(grid: &Grid, mask: &[bool]) -> GrayImage {
-    let mut around = vec![true; (grid.width + 2) * (grid.height + 2)];
-    for (row, of) in mask.chunks_exact(grid.width).zip(around.chunks_exact_mut(grid.width + 2).skip(1)) {
-        of[1..=grid.width].iter_mut().zip(row).for_each(|(to, from)| *to = !from);
-    }
-    grey(grid.width + 2, grid.height + 2, &around)
-}
-
 /// Where the body is, and whether it is the darker one.
 fn mask(grid: &Grid, is_dark: Option<bool>) -> Result<(Vec<bool>, bool), Refusal> {
-    let mut light = vec![1.0; grid.values.len()];
-    let mut round = 0;
-    loop {
-        let even: Vec<f32> = grid.values.iter().zip(&light).map(|(v, l)| v / l).collect();
-        let (low, high) = even.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        if f64::from(high - low) <= CONTRAST_MIN || !(high - low).is_finite() {
-            return Err(Refusal::NoContrast { steps: f64::from(high - low).max(0.0) });
-        }
-        let scale = 255.0 / (high - low);
-        // Between 0 and 255 by construction.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let levels: Vec<u8> = even.iter().map(|v| ((v - low) * scale) as u8).collect();
-        let image = GrayImage::from_raw(index(grid.width), index(grid.height), levels).unwrap_or_default();
-        let limit = otsu_level(&image);
-        let dark = |i: usize| image.as_raw()[i] <= limit;
-        let border = || (0..even.len()).filter(|&i| grid.is_border(i));
-        let dark_border = border().filter(|&i| dark(i)).count();
-        let is_dark = is_dark.unwrap_or(2 * dark_border < border().count());
-        let body: Vec<bool> = (0..even.len()).map(|i| dark(i) == is_dark).collect();
-        if round == LIGHT_ROUNDS {
-            let (mut inside, mut outside) = (Mean::default(), Mean::default());
-            even.iter().zip(&body).for_each(|(v, b)| if *b { inside.add(*v) } else { outside.add(*v) });
-            let contrast = (inside.mean() - outside.mean()).abs();
-            if contrast <= CONTRAST_MIN || contrast.is_nan() {
-                return Err(Refusal::NoContrast { steps: contrast });
-            }
-            // A cut through one level of noise lies 1.6 of its deviations between the means of its halves.
-            if contrast < CONTRAST_NOISES * outside.std() {
-                return Err(Refusal::NoBody);
-            }
-            let mut mask = grey(grid.width, grid.height, &body);
-            open_mut(&mut mask, Norm::L1, 1);
-            return Ok((mask.into_raw().into_iter().map(|v| v > 0).collect(), is_dark));
-        }
-        light = surface(grid, &body);
-        round += 1;
+    // In the light as it falls, and then without its slopes.
+    let (body, _) = halves(&grid.values, grid, is_dark)?;
+    let even = surface(grid, &body);
+    let even = even.as_deref().unwrap_or(&grid.values);
+    let (body, is_dark) = halves(even, grid, is_dark)?;
+    let (mut inside, mut outside) = (Mean::default(), Mean::default());
+    even.iter().zip(&body).for_each(|(v, b)| if *b { inside.add(*v) } else { outside.add(*v) });
+    let contrast = (inside.mean() - outside.mean()).abs();
+    if contrast <= CONTRAST_MIN || contrast.is_nan() {
+        return Err(Refusal::NoContrast { steps: contrast });
     }
+    // A cut through one level of noise lies 1.6 of its deviations between the means of its halves.
+    if contrast < CONTRAST_NOISES * outside.std() {
+        return Err(Refusal::NoBody);
+    }
+    Ok((opened(&body, grid.width), is_dark))
+}
+
+/// The half of the brightness that is the body, by Otsu's threshold, and whether it is the darker one.
+fn halves(values: &[f32], grid: &Grid, is_dark: Option<bool>) -> Result<(Vec<bool>, bool), Refusal> {
+    let (low, high) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    if f64::from(high - low) <= CONTRAST_MIN || !(high - low).is_finite() {
+        return Err(Refusal::NoContrast { steps: f64::from(high - low).max(0.0) });
+    }
+    let scale = 255.0 / (high - low);
+    // Between 0 and 255 by construction.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let levels: Vec<u8> = values.iter().map(|v| ((v - low) * scale) as u8).collect();
+    // Images are counted in 32 bits; grids are far smaller.
+    let size = |n: usize| u32::try_from(n).unwrap_or(0);
+    let image = GrayImage::from_raw(size(grid.width), size(grid.height), levels).unwrap_or_default();
+    let limit = otsu_level(&image);
+    let levels = image.as_raw();
+    let is_dark = is_dark.unwrap_or_else(|| {
+        let dark = grid.border().filter(|&i| levels[i] <= limit).count();
+        2 * dark < grid.border().count()
+    });
+    Ok((levels.iter().map(|level| (*level <= limit) == is_dark).collect(), is_dark))
 }
 
 /// Mean and standard deviation.
@@ -390,39 +328,33 @@ impl Mean {
     }
 }
 
-/// The light of the background as a surface of second order over the grid, over its mean; one where it cannot be told.
-fn surface(grid: &Grid, body: &[bool]) -> Vec<f32> {
-    let terms = |i: usize| {
-        let (x, y) = grid.place(i);
-        nalgebra::Vector6::new(1.0, x, y, x * x, x * y, y * y)
-    };
+/// Brightness over the light of the background, which is a surface of second order over the grid; `None` where that cannot be told.
+fn surface(grid: &Grid, body: &[bool]) -> Option<Vec<f32>> {
+    let centred = |k: usize, n: usize| 2.0 * k as f64 / n as f64 - 1.0;
     let (mut normal, mut right) = (nalgebra::Matrix6::zeros(), nalgebra::Vector6::zeros());
     // A smooth surface is told by some thousand places.
     for i in (0..grid.values.len()).step_by(SURFACE_STEP).filter(|&i| !body[i]) {
-        let t = terms(i);
+        let (x, y) = (centred(i % grid.width, grid.width), centred(i / grid.width, grid.height));
+        let t = nalgebra::Vector6::new(1.0, x, y, x * x, x * y, y * y);
         normal += t * t.transpose();
         right += t * f64::from(grid.values[i]);
     }
-    let none = || vec![1.0; grid.values.len()];
-    let Some(solved) = normal.cholesky().map(|c| c.solve(&right)) else { return none() };
-    let light: Vec<f64> = (0..grid.values.len()).map(|i| terms(i).dot(&solved)).collect();
+    let c = normal.cholesky()?.solve(&right);
+    let mut light = Vec::with_capacity(grid.values.len());
+    for row in 0..grid.height {
+        let y = centred(row, grid.height);
+        let (constant, slope) = (c[0] + y * (c[2] + y * c[5]), c[1] + y * c[4]);
+        light.extend((0..grid.width).map(|k| {
+            let x = centred(k, grid.width);
+            constant + x * (slope + x * c[3])
+        }));
+    }
     let mean = light.iter().sum::<f64>() / light.len() as f64;
     let lowest = light.iter().copied().fold(f64::INFINITY, f64::min);
-    // A light that goes out somewhere is none.
-    if !(mean > 0.0 && lowest > 0.1 * mean) {
-        return none();
-    }
-    // Brightness itself is held in single precision.
+    // A light that goes out somewhere is none. Brightness itself is held in single precision.
     #[allow(clippy::cast_possible_truncation)]
-    light.iter().map(|l| (l / mean) as f32).collect()
-}
-
-/// Shuts what the body encloses: glare, a hole.
-fn without_holes(grid: &Grid, mask: &[bool]) -> Vec<bool> {
-    let labels = connected_components(&framed(grid, mask), Connectivity::Four, Luma([0])).into_raw();
-    let outside = labels.first().copied().unwrap_or(0);
-    let rows = labels.chunks_exact(grid.width + 2).skip(1).take(grid.height);
-    rows.flat_map(|row| row[1..=grid.width].iter().map(|label| *label != outside)).collect()
+    (mean > 0.0 && lowest > 0.1 * mean)
+        .then(|| grid.values.iter().zip(&light).map(|(v, l)| v / (l / mean) as f32).collect())
 }
 
 /// Pixels of the body whose run along the row, or the column, ends before the border on both sides.

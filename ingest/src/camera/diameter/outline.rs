@@ -1,0 +1,73 @@
+//! Two outlines in the frame of the axis: the part that counts, the middle, where they are farthest apart.
+
+use super::Width;
+use crate::camera::curve::Curve;
+
+/// The part of the body about its widest place over which edges are taken, as a share of its largest width.
+const WIDE_SHARE: f64 = 0.8;
+
+/// Places along the axis at which the largest width is looked for.
+const PLACES: usize = 200;
+
+/// The slope of the middle between two curves, by a straight line through it.
+pub(super) fn middle_slope(curves: &[Curve; 2], (from, to): (f64, f64)) -> f64 {
+    let (mut tt, mut tm) = (0.0, 0.0);
+    for i in 0..=PLACES {
+        let v = from + (to - from) * i as f64 / PLACES as f64;
+        let t = v - f64::midpoint(from, to);
+        tt += t * t;
+        tm += t * f64::midpoint(curves[0].at(v), curves[1].at(v));
+    }
+    tm / tt
+}
+
+/// The part of the axis along which both sides have edges.
+pub(super) fn common(points: &[Vec<(f64, f64)>; 2]) -> Option<(f64, f64)> {
+    let ends = |side: &Vec<(f64, f64)>| {
+        side.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (v, _)| (a.min(*v), b.max(*v)))
+    };
+    let ((a, b), (c, d)) = (ends(&points[0]), ends(&points[1]));
+    (a.max(c) < b.min(d)).then_some((a.max(c), b.min(d)))
+}
+
+/// The part about the widest place where the body is nearly as wide.
+pub(super) fn wide_part(curves: &[Curve; 2]) -> (f64, f64) {
+    let (from, to) = curves[0].range();
+    let at = |i: usize| from + (to - from) * i as f64 / PLACES as f64;
+    let widths: Vec<f64> = (0..=PLACES).map(|i| curves[1].at(at(i)) - curves[0].at(at(i))).collect();
+    let top = (0..=PLACES).max_by(|a, b| widths[*a].total_cmp(&widths[*b])).unwrap_or(0);
+    let is_wide = |i: &usize| widths[*i] > WIDE_SHARE * widths[top];
+    let first = (0..=top).rev().take_while(is_wide).last().unwrap_or(top);
+    let last = (top..=PLACES).take_while(is_wide).last().unwrap_or(top);
+    (at(first), at(last))
+}
+
+/// Where a smooth function is largest.
+pub(super) fn largest(of: &dyn Fn(f64) -> f64, (from, to): (f64, f64)) -> f64 {
+    let step = (to - from) / PLACES as f64;
+    let at = |i: usize| from + step * i as f64;
+    let top = (0..=PLACES).max_by(|a, b| of(at(*a)).total_cmp(&of(at(*b)))).unwrap_or(0);
+    if top == 0 || top == PLACES {
+        return at(top);
+    }
+    // The top of a parabola through three places.
+    let (a, b, c) = (of(at(top - 1)), of(at(top)), of(at(top + 1)));
+    let bend = a - 2.0 * b + c;
+    if bend < 0.0 { at(top) + 0.5 * step * (a - c) / bend } else { at(top) }
+}
+
+/// Widths all along: between the edges of one side and the line through the nearest two of the other.
+pub(super) fn profile(points: &[Vec<(f64, f64)>; 2], origin: f64, std_px: f64) -> Vec<Width> {
+    let mut right = points[1].clone();
+    right.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut left = points[0].clone();
+    left.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let width = |&(v, u): &(f64, f64)| {
+        let i = right.partition_point(|p| p.0 < v);
+        let (a, b) = (right.get(i.checked_sub(1)?)?, right.get(i)?);
+        let part = (v - a.0) / (b.0 - a.0);
+        let other = a.1 + part * (b.1 - a.1);
+        (b.0 - a.0 < 3.0 && part.is_finite()).then_some(Width { along_px: v - origin, width_px: other - u, std_px })
+    };
+    left.iter().filter_map(width).collect()
+}
