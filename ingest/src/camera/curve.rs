@@ -235,7 +235,7 @@ impl Moments {
 
 /// By how much a sum over neighbours varies more than one over strangers: one and twice the sum of their correlations, weighed down
 /// with their distance (Newey and West).
-fn together(left: &[f64]) -> f64 {
+pub(super) fn together(left: &[f64]) -> f64 {
     let squares: f64 = left.iter().map(|r| r * r).sum();
     if left.len() <= 4 * LAGS || squares <= 0.0 {
         return 1.0;

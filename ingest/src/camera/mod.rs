@@ -1,5 +1,7 @@
 //! Lengths, angles and areas from pictures.
 
+pub mod area;
+pub mod bending;
 pub mod calibrate;
 pub mod chessboard;
 mod curve;
@@ -14,3 +16,5 @@ pub mod rows;
 pub mod scale;
 pub mod silhouette;
 pub mod task;
+#[cfg(test)]
+mod testing;

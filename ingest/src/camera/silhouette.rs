@@ -8,7 +8,7 @@
 //! Everything here is good to one step of the grid. What is thin beside the body (a mount, a cable) or reaches from border to border (a
 //! table, a frame) is no body.
 
-mod grid;
+pub(super) mod grid;
 
 use std::fmt;
 
@@ -262,7 +262,7 @@ fn on_grid(picture: &Picture, sought: Sought, region: [usize; 4], step: usize) -
 }
 
 /// Where the body is, and whether it is the darker one.
-fn mask(grid: &Grid, is_dark: Option<bool>) -> Result<(Vec<bool>, bool), Refusal> {
+pub(super) fn mask(grid: &Grid, is_dark: Option<bool>) -> Result<(Vec<bool>, bool), Refusal> {
     // In the light as it falls, and then without its slopes.
     let (body, _) = halves(&grid.values, grid, is_dark)?;
     let even = surface(grid, &body);

@@ -11,7 +11,7 @@ const STRAIGHT: u32 = 3;
 const ACROSS: u32 = 4;
 
 /// Brightness at every so many px of a part of a picture.
-pub(super) struct Grid {
+pub(in crate::camera) struct Grid {
     pub step: usize,
     pub origin: (usize, usize),
     pub width: usize,
@@ -41,7 +41,7 @@ impl Grid {
 }
 
 /// A mask without what is thinner than three places one way (opened by a cross). Beyond the grid everything goes on as at its border.
-pub(super) fn opened(mask: &[bool], width: usize) -> Vec<bool> {
+pub(in crate::camera) fn opened(mask: &[bool], width: usize) -> Vec<bool> {
     let eroded = crossed(mask, width, |all| all.iter().all(|v| *v));
     crossed(&eroded, width, |all| all.iter().any(|v| *v))
 }
@@ -62,7 +62,7 @@ fn crossed(mask: &[bool], width: usize, of: impl Fn([bool; 5]) -> bool) -> Vec<b
 }
 
 /// A mask with what it encloses: everything that no way around leads to from the border.
-pub(super) fn without_holes(grid: &Grid, mask: &[bool]) -> Vec<bool> {
+pub(in crate::camera) fn without_holes(grid: &Grid, mask: &[bool]) -> Vec<bool> {
     let mut is_around = vec![false; mask.len()];
     let mut open = Vec::new();
     for i in grid.border() {
@@ -76,7 +76,7 @@ pub(super) fn without_holes(grid: &Grid, mask: &[bool]) -> Vec<bool> {
 }
 
 /// Parts of a mask that hang together by rows and columns, numbered from 1, and how many there are.
-pub(super) fn parts(grid: &Grid, mask: &[bool]) -> (Vec<u32>, u32) {
+pub(in crate::camera) fn parts(grid: &Grid, mask: &[bool]) -> (Vec<u32>, u32) {
     let mut labels = vec![0; mask.len()];
     let (mut open, mut count) = (Vec::new(), 0);
     for i in 0..mask.len() {
@@ -121,7 +121,7 @@ fn flood(grid: &Grid, from: usize, open: &mut Vec<usize>, mut visit: impl FnMut(
 }
 
 /// How far each place of a mask lies from what is not in it, in steps of the grid, within 8 %; what is beyond the grid is not in it.
-pub(super) fn depths(grid: &Grid, mask: &[bool]) -> Vec<f64> {
+pub(in crate::camera) fn depths(grid: &Grid, mask: &[bool]) -> Vec<f64> {
     // With a frame of nought, so that no place has to ask whether it has neighbours.
     let wide = grid.width + 2;
     let mut all = vec![0_u32; wide * (grid.height + 2)];
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn depths_are_those_of_a_disc_within_their_share() {
-        let (g, _) = (Grid { step: 1, origin: (0, 0), width: 61, height: 61, values: vec![] }, ());
+        let g = Grid { step: 1, origin: (0, 0), width: 61, height: 61, values: vec![] };
         let from = |i: usize| ((i % 61) as f64 - 30.0).hypot((i / 61) as f64 - 30.0);
         let mask: Vec<bool> = (0..61 * 61).map(|i| from(i) < 25.0).collect();
         let found = depths(&g, &mask);

@@ -1,0 +1,261 @@
+//! The two outlines of a finger along its centreline, and its end.
+
+use nalgebra::Vector2;
+
+use super::path::Path;
+use crate::camera::curve::{Curve, median};
+use crate::camera::diameter::EdgeUse;
+use crate::camera::edge::{Blur, Edge};
+use crate::camera::picture::{Picture, Place};
+
+/// Stations along the centreline are so many px apart.
+const STATION_PX: f64 = 1.5;
+
+/// An edge is odd where it lies farther from the middle of its neighbours than so many of their deviations, and px.
+const NEIGHBOURS: usize = 9;
+const ODD_STDS: f64 = 4.0;
+const ODD_PX: f64 = 1.0;
+
+/// Blur in px that is looked for.
+const BLUR_PX: (f64, f64) = (0.5, 10.0);
+
+/// A step of brightness from either end is as good as the end.
+const END_STEP: f32 = 0.5;
+
+/// The end is looked at over this share of half the width to both sides, by a curve of this degree.
+const END_SHARE: f64 = 0.55;
+const END_DEGREE: usize = 4;
+const END_ROUNDS: usize = 4;
+
+/// Half the width over the radius of an end that is flat, and of one that is round.
+const ROUND: (f64, f64) = (0.25, 0.75);
+
+/// An edge of less than this share of the others' height is none.
+const HEIGHT_SHARE: f64 = 0.4;
+
+/// Brightness of a finger, and how it is looked at.
+pub(super) struct Looked<'a> {
+    pub picture: &'a Picture,
+    pub blur: Blur,
+    pub is_dark: bool,
+    pub blur_px: f64,
+    /// How high edges are, in steps of brightness; 0 as long as that is not known.
+    pub contrast: f64,
+}
+
+/// Both edges at stations along a centreline.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sides {
+    /// Where along it.
+    pub stations: Vec<f64>,
+    /// How far the edges lie to either side of it, in px; NaN where there is none.
+    pub edges: [Vec<f64>; 2],
+    /// Share of edges beside brightness that is as high or as low as can be.
+    pub clipped: f64,
+}
+
+/// The end of a finger: from a place of the centreline on it goes straight.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct End {
+    /// Where that begins: half a width before a round end, at a flat one.
+    pub s: f64,
+    /// From there to the tip, in px.
+    pub ahead: f64,
+    /// Standard uncertainty of that.
+    pub std_px: f64,
+}
+
+fn tangent(angle: f64) -> Vector2<f64> {
+    Vector2::new(angle.cos(), angle.sin())
+}
+
+impl Looked<'_> {
+    /// Brightness along a straight line, px by px; `None` where it leaves the picture.
+    fn line(&self, from: Place, way: Vector2<f64>, length: usize) -> Option<Vec<f32>> {
+        let (w, h) = (self.picture.width() as f64 - 1.0, self.picture.height() as f64 - 1.0);
+        let inside = |p: Place| p.x >= 0.0 && p.y >= 0.0 && p.x <= w && p.y <= h;
+        let to = from + way * (length as f64 - 1.0);
+        // Brightness is held in single precision.
+        #[allow(clippy::cast_possible_truncation)]
+        let at = |i: usize| self.picture.between(from + way * i as f64) as f32;
+        (inside(from) && inside(to)).then(|| (0..length).map(at).collect())
+    }
+
+    /// The edge on a line outwards, first the steepest place of the right sense within a window, then a fit there.
+    fn edge(&self, from: Place, way: Vector2<f64>, guess: f64, reach: f64, with_blur: bool) -> Option<(f64, Edge, bool)> {
+        let side = Blur::reach_px(self.blur_px);
+        let start = guess - reach - side;
+        // Windows are some dozen px.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let length = (2.0 * (reach + side)).clamp(4.0, 4096.0) as usize + 1;
+        let line = self.line(from + way * start, way, length)?;
+        let mut at = guess - start;
+        if reach > 0.75 {
+            // Outwards a dark finger ends where it becomes brighter.
+            let rises = |i: usize| (line[i + 4] + line[i + 3] - line[i] - line[i + 1]) * if self.is_dark { 1.0 } else { -1.0 };
+            let near = |i: &usize| (*i as f64 + 2.0 - at).abs() <= reach;
+            let top = (0..length - 4).filter(near).max_by(|a, b| rises(*a).total_cmp(&rises(*b)))?;
+            if rises(top) <= 0.0 {
+                return None;
+            }
+            at = top as f64 + 2.0;
+        }
+        // What is far from the edge says little of it, and may be another one.
+        let (first, last) = ((at - side).max(0.0), (at + side).min(length as f64 - 1.0));
+        // Between nought and the length.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let (first, last) = (first as usize, last as usize);
+        let part = &line[first..=last];
+        let edge = self.blur.edge(part, at - first as f64, self.blur_px, with_blur, 3)?;
+        let height = (edge.levels.1 - edge.levels.0) * if self.is_dark { 1.0 } else { -1.0 };
+        let rises = height > HEIGHT_SHARE * self.contrast;
+        let clipped = part.iter().filter(|v| **v <= END_STEP || **v >= 255.0 - END_STEP).count() * 3 > part.len();
+        rises.then_some((start + first as f64 + edge.at, edge, clipped))
+    }
+
+    /// Edges at stations from one place of the centreline to another. `before`: those of an earlier look; else they are looked for about
+    /// half the width, within a reach.
+    pub fn sides(&mut self, path: &Path, (from, to): (f64, f64), half_px: f64, reach: f64, before: Option<&Sides>) -> Sides {
+        // Some hundred.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let count = ((to - from) / STATION_PX).max(1.0) as usize + 1;
+        let stations: Vec<f64> = (0..count).map(|i| from + (to - from) * i as f64 / (count - 1).max(1) as f64).collect();
+        let mut found = Sides { edges: [vec![f64::NAN; count], vec![f64::NAN; count]], ..Sides::default() };
+        let guesses = before.map(|before| before.guesses(&stations));
+        let (mut wider, mut weights, mut clipped, mut seen) = (0.0, 0.0, 0.0, 0.0);
+        let mut heights = Vec::new();
+        for (i, s) in stations.iter().enumerate() {
+            let (middle, angle) = (path.at(*s), path.angle(*s));
+            let out = Vector2::new(-angle.sin(), angle.cos());
+            for (side, way) in [out, -out].into_iter().enumerate() {
+                let guess = guesses.as_ref().map_or(half_px, |g| g[side][i]);
+                // Every eighth says how wide the blur is.
+                let with_blur = i % 8 == 0;
+                let Some((at, edge, is_clipped)) = self.edge(middle, way, guess, reach, with_blur) else { continue };
+                if with_blur && edge.blur_step.abs() < self.blur_px {
+                    wider += edge.blur_weight * edge.blur_step;
+                    weights += edge.blur_weight;
+                }
+                seen += 1.0;
+                clipped += f64::from(u8::from(is_clipped));
+                heights.push((edge.levels.1 - edge.levels.0).abs());
+                found.edges[side][i] = at;
+            }
+        }
+        if weights > 0.0 {
+            self.blur_px = (self.blur_px + wider / weights).clamp(BLUR_PX.0, BLUR_PX.1);
+        }
+        self.contrast = median(heights);
+        for side in &mut found.edges {
+            drop_odd(side);
+        }
+        found.stations = stations;
+        found.clipped = clipped / f64::max(seen, 1.0);
+        found
+    }
+
+    /// The end of the finger, whose tip lies near a place of the centreline; and its edge.
+    pub fn end(&mut self, path: &Path, near: f64, half_px: f64, reach: f64) -> Option<(End, Vec<Place>)> {
+        let mut s = near - half_px;
+        let mut expected = half_px;
+        let mut found = None;
+        for round in 0..END_ROUNDS {
+            let (middle, way) = (path.at(s), tangent(path.angle(s)));
+            let across = Vector2::new(-way.y, way.x);
+            let wide = END_SHARE * half_px;
+            // Some dozen.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let lines = (2.0 * wide).max(6.0) as usize;
+            let window = if round == 0 { reach } else { 0.15 * half_px + 2.0 };
+            let mut points = Vec::new();
+            for k in 0..=lines {
+                let o = wide * (2.0 * k as f64 / lines as f64 - 1.0);
+                if let Some((a, ..)) = self.edge(middle + across * o, way, expected, window, false) {
+                    points.push((o, a));
+                }
+            }
+            let curve = Curve::fit(&points, (-wide, wide), END_DEGREE)?;
+            if curve.n() * 2 < lines {
+                return None;
+            }
+            let (_, second) = curve.derivatives(0.0);
+            // Blur moves the half level of a round end inwards.
+            let shift = -0.5 * self.blur_px * self.blur_px * second;
+            let ahead = curve.at(0.0) + shift;
+            let std_px = curve.std_at(0.0).hypot(0.5 * shift);
+            let edge = points.iter().map(|(o, a)| middle + across * *o + way * *a).collect();
+            found = Some((End { s, ahead, std_px }, edge));
+            // A half circle begins half a width before the tip, a flat end with it: what is nearly the one or the other is it.
+            let round = -second * half_px;
+            expected = half_px * ((round - ROUND.0) / (ROUND.1 - ROUND.0)).clamp(0.0, 1.0);
+            s += ahead - expected;
+        }
+        found
+    }
+}
+
+impl Sides {
+    /// Where edges are to be expected at other stations: the middle of those around.
+    fn guesses(&self, stations: &[f64]) -> [Vec<f64>; 2] {
+        let usual = [0, 1].map(|k| median(self.edges[k].iter().copied().filter(|e| e.is_finite()).collect()));
+        [0, 1].map(|k: usize| {
+            let of = |s: &f64| {
+                let i = self.stations.partition_point(|t| t < s);
+                let around = i.saturating_sub(2)..(i + 3).min(self.stations.len());
+                let here: Vec<f64> = self.edges[k][around].iter().copied().filter(|e| e.is_finite()).collect();
+                if here.is_empty() { usual[k] } else { median(here) }
+            };
+            stations.iter().map(of).collect()
+        })
+    }
+
+    /// The middles between two edges, each with its station.
+    pub fn middles(&self, path: &Path) -> Vec<(f64, Place)> {
+        let both = self.stations.iter().zip(self.edges[0].iter().zip(&self.edges[1]));
+        both.filter(|(_, (a, b))| a.is_finite() && b.is_finite())
+            .map(|(s, (a, b))| {
+                let angle = path.angle(*s);
+                (*s, path.at(*s) + Vector2::new(-angle.sin(), angle.cos()) * (0.5 * (a - b)))
+            })
+            .collect()
+    }
+
+    /// Edges as places, for drawing.
+    pub fn places(&self, path: &Path) -> Vec<(Place, EdgeUse)> {
+        let mut all = Vec::new();
+        for (i, s) in self.stations.iter().enumerate() {
+            let angle = path.angle(*s);
+            let out = Vector2::new(-angle.sin(), angle.cos());
+            for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                let at = self.edges[side][i];
+                if at.is_finite() {
+                    all.push((path.at(*s) + out * (sign * at), EdgeUse::Used));
+                }
+            }
+        }
+        all
+    }
+
+    /// Half the width where both edges are, in the middle of all.
+    pub fn half_px(&self) -> f64 {
+        let both = self.edges[0].iter().zip(&self.edges[1]).map(|(a, b)| 0.5 * (a + b));
+        median(both.filter(|v| v.is_finite()).collect())
+    }
+}
+
+/// Edges that lie apart from their neighbours are none.
+fn drop_odd(edges: &mut [f64]) {
+    let before = edges.to_vec();
+    let around = |i: usize| -> Vec<f64> {
+        let range = i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(before.len());
+        before[range].iter().copied().filter(|e| e.is_finite()).collect()
+    };
+    for (i, edge) in edges.iter_mut().enumerate().filter(|(_, e)| e.is_finite()) {
+        let here = around(i);
+        let middle = median(here.clone());
+        let spread = 1.482_6 * median(here.iter().map(|e| (e - middle).abs()).collect());
+        if here.len() < 3 || (*edge - middle).abs() > (ODD_STDS * spread).max(ODD_PX) {
+            *edge = f64::NAN;
+        }
+    }
+}
