@@ -14,6 +14,7 @@
 //! | `specimen.rs` | hysteresis, softening, creep on the way there |
 //! | `tensile.rs` | strips of the materials on a tensile machine |
 //! | `instrument.rs`, `random.rs` | what instruments make of it |
+//! | `photo/` | photographs: rendered, with known truth |
 //! | `bench.rs` | one run of all that, and what every device logs |
 //! | `session.rs` | one session: its runs, what goes wrong, its files |
 //! | `faults/` | what goes wrong |
@@ -28,6 +29,7 @@ mod faults;
 mod files;
 mod instrument;
 mod manifests;
+pub mod photo;
 pub mod plan;
 mod programme;
 mod random;
