@@ -128,7 +128,9 @@ mod tests {
         let mut sums = vec![0.0; columns + 1];
         let row = |row| {
             let mut covered = vec![0.0; columns];
-            contours.iter().for_each(|contour| contour.add(row, &mut sums, &mut covered, &mut vec![]));
+            for contour in &contours {
+                contour.add(row, &mut sums, &mut covered, &mut vec![]);
+            }
             covered
         };
         (0..rows).map(row).collect()
@@ -177,6 +179,6 @@ mod tests {
         assert!((sum(&covered(&[&square(0.0, 0.0), &square(1.0, 1.0)], 4, 4)) - 7.0).abs() < 1e-6);
         assert!((sum(&covered(&[&square(0.0, 0.0), &square(0.0, 0.0)], 4, 4)) - 4.0).abs() < 1e-6);
         // Above and below the rows.
-        assert_eq!(sum(&covered(&[&square(0.0, -9.0), &square(0.0, 50.0)], 4, 4)), 0.0);
+        assert!(sum(&covered(&[&square(0.0, -9.0), &square(0.0, 50.0)], 4, 4)).abs() < 1e-12);
     }
 }

@@ -23,8 +23,8 @@ use super::{NoPhotograph, Photograph};
 /// Steps along the centreline.
 const STEPS: usize = 4000;
 
-/// The mount, in widths of the finger: half of its breadth, and its height.
-const MOUNT: (f64, f64) = (1.0, 1.5);
+/// The mount, in widths of the finger: half of its breadth, and its height, which goes beyond the border.
+const MOUNT: (f64, f64) = (1.0, 10.0);
 
 /// Shine: where along the finger, and its half axes in widths.
 const SHINE: (f64, [f64; 2]) = (0.4, [0.08, 0.3]);
