@@ -38,7 +38,7 @@ fn text<'f>(files: &'f BTreeMap<String, Vec<u8>>, name: &str) -> &'f str {
 /// A barrel of R = 20 mm at Z = 300 mm, 0.1 mm a px.
 fn diameter_mm(camera: &Camera, settings: &Settings, setup: Setup, seed: u64) -> (f64, f64) {
     let profile = Profile::Barrel { middle_radius_m: 0.02, end_radius_m: 0.016, length_m: 0.03 };
-    let shot = body(&Body { profile, rod_radius_m: 0.006 }, camera, settings, seed).unwrap();
+    let shot = body(&Body { profile, rod_radius_m: 0.006, foot_m: 0.0 }, camera, settings, seed).unwrap();
     assert!((shot.truth.diameter_m - 0.04).abs() < 1e-15);
     let value = Task::Diameter(setup).measure(&shot.picture).unwrap().values[0];
     (value.value, value.std)
@@ -159,7 +159,7 @@ fn what_a_camera_cannot_do_is_refused_with_its_line() {
         ("size = [960, 720]", "size = [9, 720]", "64 to 4000 px"),
         ("blur = 1.2", "blur = nan", "0 to 20"),
         ("distance = { value = 300", "distance = { value = 0", "distance"),
-        ("rod = { value = 12", "rod = { value = 60", "thinner"),
+        ("length = { value = 28", "length = { value = -28", "length"),
     ] {
         let error = refused(from, to);
         assert!(error.contains(words) && error.contains("plan.toml"), "{to}: {error}");

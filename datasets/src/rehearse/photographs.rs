@@ -180,13 +180,14 @@ impl<'a> Shooting<'a> {
         let PlanCamera { blur_px, noise, .. } = *self.camera;
         let settings = Settings { blur_px, noise, depth: Depth::Eight, ..Settings::default() };
         match &self.camera.object {
-            PlanObject::Barrel { length_m, ends_m, rod_m } => {
+            PlanObject::Barrel { length_m, ends_m, rod_m, foot_m } => {
                 let profile = Profile::Barrel {
                     middle_radius_m: 0.5 * value_si,
                     end_radius_m: 0.5 * ends_m.min(value_si),
                     length_m: *length_m,
                 };
-                let of = Body { profile, rod_radius_m: 0.5 * rod_m };
+                // No wider than the widest place: that is what the value is.
+                let of = Body { profile, rod_radius_m: 0.5 * rod_m.min(value_si), foot_m: *foot_m };
                 Ok((body(&of, &self.real, &settings, seed)?.picture, record))
             }
             PlanObject::Finger { length_m, width_m, waves } => {

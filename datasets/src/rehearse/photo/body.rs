@@ -67,6 +67,8 @@ pub struct Body {
     pub profile: Profile,
     /// The radius of the rod that it is mounted on, which comes from above; 0 is none.
     pub rod_radius_m: f64,
+    /// How long a plate below it is, as wide as its lower end; 0 is none.
+    pub foot_m: f64,
 }
 
 /// What is known of it.
@@ -181,8 +183,9 @@ pub fn body(
     let view = camera.checked()?.view();
     let radius = body.profile.radius_max_m();
     let rod = body.rod_radius_m;
-    if !body.profile.is_sound() || !(0.0..=radius).contains(&rod) {
-        return Err(NoPhotograph::Number("a body: expected radii and length above 0, and a rod that is thinner"));
+    let is_length = body.foot_m >= 0.0 && body.foot_m.is_finite();
+    if !body.profile.is_sound() || !(0.0..=radius).contains(&rod) || !is_length {
+        return Err(NoPhotograph::Number("a body: expected radii and lengths above 0, and a rod that is no wider"));
     }
     let half = body.profile.half_length();
     if view.eye.x.hypot(view.eye.z) <= radius && view.eye.y.abs() <= half {
@@ -193,6 +196,11 @@ pub fn body(
         let reach = ROD_REACH * camera.metre_per_px() * camera.width.hypot_px(camera.height) + half;
         let rod = Profile::Cylinder { radius_m: rod, length_m: 2.0 * reach };
         all.extend(outlines(&view, &rod, -reach, 0.0)?);
+    }
+    let end_radius = body.profile.at(half).0;
+    if body.foot_m > 0.0 && end_radius > 0.0 {
+        let foot = Profile::Cylinder { radius_m: end_radius, length_m: body.foot_m };
+        all.extend(outlines(&view, &foot, half, half + body.foot_m)?);
     }
     let layer = Layer { outlines: all, holes: vec![], light: settings.object, uneven: None };
     let (middle, size) = SHINE;
@@ -268,9 +276,27 @@ mod tests {
     }
 
     #[test]
+    fn a_foot_goes_on_as_wide_as_the_end_and_a_rod_up_to_the_border() {
+        let camera = Camera::facing(240, 320, 2e-4, 0.3);
+        let settings = Settings { noise: 0.0, ..Settings::default() };
+        let cylinder = |length_m| Profile::Cylinder { radius_m: 0.01, length_m };
+        let shot = |body: &Body, camera: &Camera| super::body(body, camera, &settings, 1).unwrap().picture;
+        let whole = shot(&Body { profile: cylinder(0.04), rod_radius_m: 0.0, foot_m: 0.0 }, &camera);
+        // The same in two pieces, moved so that it is where the whole is.
+        let moved = Camera { shift_m: [0.0, -0.01], ..camera };
+        let pieces = shot(&Body { profile: cylinder(0.02), rod_radius_m: 0.0, foot_m: 0.02 }, &moved);
+        let off = (0..240 * 320).map(|i| (whole.luma(i % 240, i / 240) - pieces.luma(i % 240, i / 240)).abs());
+        assert!(off.fold(0.0, f32::max) <= 1.0);
+        assert!(whole.luma(120, 2) > 150.0 && whole.luma(120, 160) < 100.0);
+        let rod = shot(&Body { profile: cylinder(0.04), rod_radius_m: 0.003, foot_m: 0.0 }, &camera);
+        assert!(rod.luma(120, 0) < 100.0 && rod.luma(140, 0) > 150.0 && rod.luma(120, 319) > 150.0);
+    }
+
+    #[test]
     fn bodies_that_cannot_be_are_refused() {
-        let refused =
-            |profile, rod_radius_m| body(&Body { profile, rod_radius_m }, &camera(), &Settings::default(), 1).is_err();
+        let refused = |profile, rod_radius_m| {
+            body(&Body { profile, rod_radius_m, foot_m: 0.0 }, &camera(), &Settings::default(), 1).is_err()
+        };
         let ball = |radius_m| Profile::Sphere { radius_m };
         assert!(refused(ball(f64::NAN), 0.0) && refused(ball(-0.1), 0.0) && refused(ball(0.0), 0.0));
         assert!(refused(ball(0.01), 0.02) && refused(ball(0.01), f64::NAN));
@@ -278,7 +304,8 @@ mod tests {
         let barrel = Profile::Barrel { middle_radius_m: 0.02, end_radius_m: 0.01, length_m: f64::INFINITY };
         assert!(refused(barrel, 0.0));
         let from_the_end = Camera { tilt_rad: [1.57, 0.0], ..camera() };
-        let cylinder = Body { profile: Profile::Cylinder { radius_m: 0.02, length_m: 0.01 }, rod_radius_m: 0.0 };
+        let cylinder =
+            Body { profile: Profile::Cylinder { radius_m: 0.02, length_m: 0.01 }, rod_radius_m: 0.0, foot_m: 0.0 };
         assert!(body(&cylinder, &from_the_end, &Settings::default(), 1).is_err());
     }
 }

@@ -54,6 +54,8 @@ pub enum PlanObject {
         ends_m: f64,
         /// Diameter of the rod.
         rod_m: f64,
+        /// Length of the plate at its lower end.
+        foot_m: f64,
     },
     /// A finger whose angle is the value, bent as an arc.
     Finger {
@@ -122,7 +124,7 @@ pub(super) struct RawCamera {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 enum RawObject {
-    Barrel { length: Amount, ends: Amount, rod: Amount },
+    Barrel { length: Amount, ends: Amount, rod: Amount, foot: Option<Amount> },
     Finger { length: Amount, width: Amount, waves: Option<usize>, wave_height: Option<Amount> },
     Imprint { holes: Spanned<usize>, uneven: Amount },
 }
@@ -133,7 +135,7 @@ const HOLES_MAX: usize = 20;
 impl RawCamera {
     pub fn checked(&self, document: &Document) -> Result<PlanCamera, IngestError> {
         let length = |amount: &Amount| amount.checked(document, Dimension::Length);
-        let std = |amount: &Option<Amount>| {
+        let or_none = |amount: &Option<Amount>| {
             amount.as_ref().map_or(Ok(0.0), |amount| amount.not_negative(document, Dimension::Length))
         };
         let up_to = |number: &Spanned<f64>, most: f64| {
@@ -149,13 +151,16 @@ impl RawCamera {
             return Err(document.malformed(self.size.span(), expected, format!("{width} x {height}"), "correct it"));
         }
         let object = match &self.object {
-            RawObject::Barrel { length: long, ends, rod } => {
-                PlanObject::Barrel { length_m: length(long)?, ends_m: length(ends)?, rod_m: length(rod)? }
-            }
+            RawObject::Barrel { length: long, ends, rod, foot } => PlanObject::Barrel {
+                length_m: length(long)?,
+                ends_m: length(ends)?,
+                rod_m: length(rod)?,
+                foot_m: or_none(foot)?,
+            },
             RawObject::Finger { length: long, width, waves, wave_height } => PlanObject::Finger {
                 length_m: length(long)?,
                 width_m: length(width)?,
-                waves: (waves.unwrap_or(0), std(wave_height)?),
+                waves: (waves.unwrap_or(0), or_none(wave_height)?),
             },
             RawObject::Imprint { holes, uneven } => {
                 if *holes.get_ref() > HOLES_MAX {
@@ -170,8 +175,8 @@ impl RawCamera {
             moments: self.moments,
             object,
             size_px: *self.size.get_ref(),
-            scale_m: (length(&self.scale)?, std(&self.scale_std)?),
-            distance_m: (length(&self.distance)?, std(&self.distance_std)?),
+            scale_m: (length(&self.scale)?, or_none(&self.scale_std)?),
+            distance_m: (length(&self.distance)?, or_none(&self.distance_std)?),
             blur_px: up_to(&self.blur, 20.0)?,
             noise: up_to(&self.noise, 50.0)?,
             is_flawless: false,
