@@ -115,7 +115,7 @@ impl<'a> Shooting<'a> {
     }
 
     /// Samples of the log at which pictures are taken: all, or the middle of the window of each state. What is only let go at the
-    /// end is not photographed any more.
+    /// end is not photographed any more, nor what leaves no imprint for want of pressure.
     pub fn rows(&self, points: &[TruePoint], programme: &Programme) -> Vec<usize> {
         let times = &self.log.true_s;
         match self.camera.moments {
@@ -123,7 +123,11 @@ impl<'a> Shooting<'a> {
             Moments::Stations => {
                 let middle = |point: &TruePoint| point.plateau.to_s - 0.5 * programme.window_s;
                 let before = |at: f64| times.partition_point(|t| *t <= at).saturating_sub(1);
-                let is_taken = |point: &&TruePoint| point.plateau.loading || programme.unload;
+                let is_imprint = matches!(self.camera.object, PlanObject::Imprint { .. });
+                let is_taken = |point: &&TruePoint| {
+                    let is_pressed = point.plateau.state.pressures_pa.iter().any(|pressure| *pressure > 0.0);
+                    (point.plateau.loading || programme.unload) && (is_pressed || !is_imprint)
+                };
                 points.iter().filter(is_taken).map(|point| before(middle(point))).collect()
             }
         }

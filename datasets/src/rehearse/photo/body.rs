@@ -288,6 +288,9 @@ mod tests {
         let off = (0..240 * 320).map(|i| (whole.luma(i % 240, i / 240) - pieces.luma(i % 240, i / 240)).abs());
         assert!(off.fold(0.0, f32::max) <= 1.0);
         assert!(whole.luma(120, 2) > 150.0 && whole.luma(120, 160) < 100.0);
+        // A rod as wide as the body leaves it as wide.
+        let same = shot(&Body { profile: cylinder(0.04), rod_radius_m: 0.01, foot_m: 0.0 }, &camera);
+        assert!((0..240).all(|x| (same.luma(x, 120) - whole.luma(x, 120)).abs() <= 1.0));
         let rod = shot(&Body { profile: cylinder(0.04), rod_radius_m: 0.003, foot_m: 0.0 }, &camera);
         assert!(rod.luma(120, 0) < 100.0 && rod.luma(140, 0) > 150.0 && rod.luma(120, 319) > 150.0);
     }
