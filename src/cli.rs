@@ -239,7 +239,7 @@ pub struct Predict {
 #[allow(clippy::struct_excessive_bools)]
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  pneuval rehearse internal-support --out monday && pneuval validate monday\n  pneuval rehearse fruit-finger --format tdms --seed 7\n  pneuval rehearse internal-support --truth \"outer-diameter = mine.csv\"\n  pneuval rehearse pdms-wall --fault gap --fault flatline@force\n  pneuval rehearse --faults\n  pneuval rehearse wave-finger --plan > mine.toml && pneuval rehearse mine.toml"
+    after_help = "Examples:\n  pneuval rehearse internal-support --out monday && pneuval validate monday\n  pneuval rehearse fruit-finger --format tdms --seed 7\n  pneuval rehearse internal-support --truth \"outer-diameter = mine.csv\"\n  pneuval rehearse pdms-wall --fault gap --fault flatline@force\n  pneuval rehearse internal-support --photographs\n  pneuval rehearse --faults\n  pneuval rehearse wave-finger --plan > mine.toml && pneuval rehearse mine.toml"
 )]
 pub struct Rehearse {
     /// A plan: the id of an embedded one or of `rehearsals/ID.toml` here or above, or a file
@@ -259,6 +259,9 @@ pub struct Rehearse {
     /// No noise, lag, creep, hysteresis: what is logged is the truth
     #[arg(long)]
     pub ideal: bool,
+    /// Photographs in place of logs: the plan `ACTUATOR-photographs`
+    #[arg(long)]
+    pub photographs: bool,
     /// The format of every device, in place of the plan's
     #[arg(long)]
     pub format: Option<RehearsedFormat>,

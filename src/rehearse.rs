@@ -40,6 +40,7 @@ pub fn run(arguments: &Rehearse) -> Result<Outcome, Failure> {
             next: suggestion("", pneuval_datasets::rehearsals()),
         });
     };
+    let plan = &if arguments.photographs { format!("{plan}-photographs") } else { plan.clone() };
     if arguments.plan {
         output::print(&pneuval_datasets::rehearse::plan_text(plan, Path::new("."))?)?;
         return Ok(Outcome::Expected);

@@ -8,7 +8,7 @@ use pneuval_ingest::manifest::{Actuator, Rig};
 use pneuval_ingest::units::{Dimension, Unit};
 
 use super::files::STAMPS;
-use super::plan::{Channel, Plan, Response, Shows, Sitting};
+use super::plan::{Channel, Device, Moments, Plan, Response, Shows, Sitting};
 
 /// Checks a plan.
 ///
@@ -132,6 +132,7 @@ impl Check<'_> {
                     (!is_one).then_some("one channel of a force: a gauge logs nothing else")
                 }
                 Format::Trakstar => self.of_tracker(&channels, &logged),
+                Format::Pictures => self.of_camera(device, &channels),
                 _ => None,
             };
             if let Some(expected) = expected {
@@ -142,6 +143,38 @@ impl Check<'_> {
             }
         }
         Ok(())
+    }
+
+    /// What a camera asks of its channels and they are not.
+    fn of_camera(&self, device: &Device, channels: &[&Channel]) -> Option<&'static str> {
+        let camera = device.camera.as_ref()?;
+        let Some(seen) = channels.iter().find(|channel| channel.id == camera.channel) else {
+            return Some("a channel of its own that is seen in its pictures: `channel` of the camera");
+        };
+        let is_bare = seen.instrument.is_none() && seen.noise_si <= 0.0 && seen.drift_si_per_s.abs() <= 0.0;
+        let of_kind = seen.unit.is_some_and(|unit| unit.dimension == camera.object.dimension());
+        if !is_bare || !of_kind || !matches!(seen.shows, Shows::Quantity(..) | Shows::Condition(_)) {
+            return Some(
+                "a quantity or condition of the kind that is seen, by its `unit`, without instrument and noise",
+            );
+        }
+        if channels.iter().any(|channel| channel.shows == Shows::Trigger) {
+            return Some("no trigger: none is seen in its pictures");
+        }
+        if camera.moments == Moments::Film && channels.len() > 1 {
+            return Some("of a film, the channel that is seen alone: its pictures are numbered, and say nothing else");
+        }
+        let is_there = |sitting: &Sitting| match &seen.shows {
+            Shows::Quantity(id, _) => sitting.responses.iter().any(|response| response.quantity.id == *id),
+            Shows::Condition(id) => {
+                sitting.responses.iter().flat_map(|response| &response.conditions).any(|setting| setting.id == *id)
+            }
+            _ => false,
+        };
+        if !self.plan.sittings.iter().all(is_there) {
+            return Some("a channel that every sitting has: without it there is nothing to see");
+        }
+        None
     }
 
     /// What a tracker asks of its channels and they are not.

@@ -78,6 +78,9 @@ impl LogFile {
     /// The file's name in a run.
     pub fn name(&self, run: &str, is_only: bool) -> String {
         let ending = match self.format {
+            // A folder.
+            Format::Pictures if is_only => return run.to_owned(),
+            Format::Pictures => return format!("{run}-{}", self.device),
             Format::Mcap => "mcap",
             Format::Tdms => "tdms",
             Format::Lvm => "lvm",
@@ -99,7 +102,7 @@ impl LogFile {
         let table = &self.tables[0];
         let text = |text: String| Ok(text.into_bytes());
         match self.format {
-            // Photographs are rendered elsewhere.
+            // Photographs are files of their own (`photographs.rs`).
             Format::Csv | Format::Pictures | Format::Plus | Format::Transposed => {
                 let options = csv::WriteOptions {
                     delimiter: b',',

@@ -7,7 +7,8 @@ use pneuval_ingest::manifest::{HoldOut, PublishedDataset, PublishedTable};
 use pneuval_ingest::units::{Dimension, Unit};
 
 use super::files::{LogFile, STAMPS, column_of};
-use super::plan::{Channel, Plan, ProgrammeKind, Shows, Sitting};
+use super::photographs;
+use super::plan::{Channel, Device, Moments, Plan, PlanCamera, ProgrammeKind, Shows, Sitting};
 
 /// What the reader calls a gauge's values, and its stamps.
 const GAUGE_COLUMN: &str = "force";
@@ -93,6 +94,15 @@ impl SessionText<'_> {
         out
     }
 
+    /// The camera whose pictures a file is.
+    fn camera(&self, file: &LogFile) -> Option<&PlanCamera> {
+        self.plan.devices.get(*file.devices.first()?)?.camera.as_ref()
+    }
+
+    fn camera_keys(&self, file: &LogFile, camera: &PlanCamera) -> Vec<String> {
+        photographs::reader_keys(self.plan, &self.plan.devices[file.devices[0]], camera, &file.tables[0])
+    }
+
     // Writing to a string does not fail.
     fn devices(&self, out: &mut String) {
         for (index, file) in self.devices.iter().enumerate() {
@@ -105,9 +115,20 @@ impl SessionText<'_> {
             };
             if index == 0 {
                 let _ = write!(out, "\n[reader]\nformat = \"{format}\"\n");
+                if let Some(camera) = self.camera(file) {
+                    let keys = self.camera_keys(file, camera).join("\n");
+                    let _ = write!(out, "\n[reader.camera]\n{keys}\n");
+                }
                 if let Some(column) = clock {
                     let _ = write!(out, "\n[clock]\ncolumn = \"{column}\"\nunit = \"s\"\n");
                 }
+            } else if let Some(camera) = self.camera(file) {
+                let camera = self.camera_keys(file, camera).join(", ");
+                let id = quoted(&file.device);
+                let _ = write!(
+                    out,
+                    "\n[[device]]\nid = {id}\nreader = {{ format = \"{format}\", camera = {{ {camera} }} }}\n"
+                );
             } else {
                 let _ =
                     write!(out, "\n[[device]]\nid = {}\nreader = {{ format = \"{format}\" }}\n", quoted(&file.device));
@@ -126,8 +147,11 @@ impl SessionText<'_> {
                     let name = column_of(file.format, &channel.shows, &channel.id);
                     // What the sitting does not log has no column.
                     let Some(column) = file.tables[t].column(&name) else { continue };
-                    let column_name =
-                        file.column_name(t, if file.format == Format::Gauge { GAUGE_COLUMN } else { &name });
+                    let camera = device.camera.as_ref().filter(|camera| camera.channel == channel.id);
+                    let column_name = match camera {
+                        Some(camera) => camera.object.measure().to_owned(),
+                        None => file.column_name(t, if file.format == Format::Gauge { GAUGE_COLUMN } else { &name }),
+                    };
                     let _ = write!(out, "\n[[channel]]\nid = {}\n", quoted(&channel.id));
                     if index > 0 {
                         let _ = writeln!(out, "device = {}", quoted(&file.device));
@@ -135,7 +159,7 @@ impl SessionText<'_> {
                     let _ = writeln!(out, "column = {}", quoted(&column_name));
                     let unit = column.unit.as_deref().or_else(|| channel.unit.map(|unit| unit.symbol));
                     let unit = unit.or_else(|| (file.format == Format::Trakstar).then_some("mm"));
-                    let unit = unit.unwrap_or("1");
+                    let unit = camera.map(|camera| camera.object.symbol()).or(unit).unwrap_or("1");
                     let _ = writeln!(out, "unit = {}", quoted(unit));
                     if let Some(instrument) = &channel.instrument {
                         let _ = writeln!(out, "instrument = {}", quoted(instrument));
@@ -246,7 +270,15 @@ impl SessionText<'_> {
             if !settings.is_empty() {
                 let _ = writeln!(out, "condition = [{}]", settings.join(", "));
             }
-            match programme.kind {
+            // Of pictures of states, each is a point.
+            let is_stations = |device: &Device| {
+                let camera = device.camera.as_ref();
+                let pressure = || self.plan.channels.iter().filter(|c| c.device == device.id);
+                camera.is_some_and(|camera| camera.moments == Moments::Stations)
+                    && pressure().any(|channel| matches!(channel.shows, Shows::Pressure(_)))
+            };
+            let kind = if self.plan.devices.iter().any(is_stations) { ProgrammeKind::Ramp } else { programme.kind };
+            match kind {
                 ProgrammeKind::Steps | ProgrammeKind::Cycles => {
                     // The regulator needs a while, and the window lies at the end.
                     let hold_s = 0.5 * (programme.hold_s + programme.window_s);

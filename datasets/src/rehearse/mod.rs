@@ -14,9 +14,11 @@
 //! | `specimen.rs` | hysteresis, softening, creep on the way there |
 //! | `tensile.rs` | strips of the materials on a tensile machine |
 //! | `instrument.rs`, `random.rs` | what instruments make of it |
+//! | `photo/` | photographs: rendered, with known truth |
 //! | `bench.rs` | one run of all that, and what every device logs |
 //! | `session.rs` | one session: its runs, what goes wrong, its files |
 //! | `faults/` | what goes wrong |
+//! | `photographs.rs` | photographs of a run |
 //! | `files.rs`, `manifests.rs`, `bounds.rs`, `record.rs` | logs in their formats, `session.toml`, `bounds.toml`, `truth.json` |
 //!
 //! Everything depends on the plan and the seed alone: the same seed gives the same bytes.
@@ -28,6 +30,8 @@ mod faults;
 mod files;
 mod instrument;
 mod manifests;
+pub mod photo;
+mod photographs;
 pub mod plan;
 mod programme;
 mod random;
@@ -381,7 +385,10 @@ fn change(plan: &mut Plan, request: &Request) -> Result<(), IngestError> {
         if !request.own_clocks {
             (device.offset_s, device.drift) = (0.0, 0.0);
         }
-        if let Some(format) = request.format {
+        // Photographs are what they are, and a film is counted in the time of its session.
+        if device.camera.is_some() {
+            (device.offset_s, device.drift, device.jitter_s) = (0.0, 0.0, 0.0);
+        } else if let Some(format) = request.format {
             device.format = format;
         }
     }

@@ -62,6 +62,35 @@ pub struct RunRecord {
     pub triggers_s: Vec<(f64, f64)>,
     /// What was there at every state that stood.
     pub points: Vec<PointRecord>,
+    /// Photographs.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pictures: Vec<PictureRecord>,
+}
+
+/// A photograph.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PictureRecord {
+    /// Its file.
+    pub name: String,
+    /// Its SHA-256.
+    pub sha256: String,
+    /// When it was taken.
+    pub at_s: f64,
+    /// What is seen: the diameter, the angle, the area.
+    pub value_si: f64,
+    /// Metres in a px in the object's plane.
+    pub metre_per_px: f64,
+    /// From the camera to the object.
+    pub distance_m: f64,
+    /// Of a finger, where its tip is, along and across from its root.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tip_m: Option<[f64; 2]>,
+    /// Where its root and its tip are seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root_and_tip_px: Option<[[f64; 2]; 2]>,
+    /// Its length along the centreline.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_m: Option<f64>,
 }
 
 /// A file.

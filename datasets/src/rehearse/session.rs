@@ -8,13 +8,14 @@ use pneuval_ingest::error::suggestion;
 use pneuval_ingest::finding::FindingKind;
 use pneuval_ingest::formats::Format;
 
-use super::bench::{Bench, DeviceLog, Leak, RunSetting};
+use super::bench::{Bench, DeviceLog, Leak, RunLog, RunSetting};
 use super::faults::{Asked, Fault, FaultRecord, Layout, Target, line_number, spoil_bytes, spoil_log};
 use super::files::{LogFile, column_of};
 use super::manifests::{RunFiles, SessionText, follows};
-use super::plan::{Channel, Device, Shows};
+use super::photographs::{self, Shooting};
+use super::plan::{Channel, Device, PlanCamera, Shows};
 use super::random::Normal;
-use super::record::{FileRecord, RunRecord, TruthRecord, points};
+use super::record::{FileRecord, PictureRecord, RunRecord, TruthRecord, points};
 use super::states::Group;
 use super::{Prepared, Rehearsal, Sink, Written};
 
@@ -23,6 +24,9 @@ const LEAK: (f64, f64) = (0.15, 0.4);
 
 /// Numbers that are logged in one run: far more than a lab logs in a day, and what memory holds.
 const RUN_NUMBERS_MAX: f64 = 1e8;
+
+/// Pictures of one run.
+const PICTURES_MAX: usize = 2000;
 
 /// A session that is written.
 pub(super) struct Session<'a> {
@@ -133,9 +137,23 @@ impl Session<'_> {
         let files = LogFile::of_run(plan, &log.devices);
         // Two logs of the same bytes would be one log: of an ideal rehearsal only this tells runs apart.
         let note = format!("{}; {run}", self.rehearsal.note());
-        let (mut names, mut records) = (Vec::new(), Vec::new());
+        let (mut names, mut records, mut pictures) = (Vec::new(), Vec::new(), Vec::new());
         for file in &files {
             let name = file.name(run, files.len() == 1);
+            if let Some(camera) = plan.devices[file.devices[0]].camera.as_ref() {
+                let records_before = pictures.len();
+                self.photographs(camera, file, &log, &name, &mut pictures, sink)?;
+                let taken = &pictures[records_before..];
+                progress.samples += taken.len();
+                records.push(FileRecord {
+                    name: name.clone(),
+                    format: file.format.id(),
+                    sha256: photographs::folder_sha256(taken),
+                    samples: vec![(file.device.clone(), taken.len())],
+                });
+                names.push(name);
+                continue;
+            }
             let mut bytes = file.bytes(&note, self.rehearsal.request.bag)?;
             for hit in hits.iter_mut().filter(|hit| file.devices.contains(&hit.target.device)) {
                 self.hit_file(hit, file, &name, &mut bytes);
@@ -155,10 +173,42 @@ impl Session<'_> {
             files: records,
             triggers_s: timeline.triggers_s,
             points,
+            pictures,
         });
         progress.runs.push(RunFiles { id: run.to_owned(), files: names });
         if progress.files.is_empty() {
             progress.files = files;
+        }
+        Ok(())
+    }
+
+    /// Takes the photographs of a run.
+    fn photographs(
+        &self,
+        camera: &PlanCamera,
+        file: &LogFile,
+        log: &RunLog,
+        folder: &str,
+        pictures: &mut Vec<PictureRecord>,
+        sink: Sink,
+    ) -> Result<(), IngestError> {
+        let (plan, device) = (self.bench.plan, file.devices[0]);
+        let refused = |found: &str| {
+            let (item, line) = (format!("camera `{}`", plan.devices[device].id), Some(plan.devices[device].line));
+            let next = "correct the camera or the programme";
+            self.rehearsal.malformed(line, &item, "pictures that can be rendered", found, next)
+        };
+        let Some(seen) = log.devices.iter().find(|log| log.device == device) else { return Ok(()) };
+        let purpose = format!("{} {folder}", self.id);
+        let shooting = Shooting::new(plan, camera, seen, self.bench.seed, &purpose);
+        let rows = shooting.rows(&log.points, &self.bench.sitting.programme);
+        if !(1..=PICTURES_MAX).contains(&rows.len()) {
+            return Err(refused(&format!("{} pictures in a run, where 1 to {PICTURES_MAX} are taken", rows.len())));
+        }
+        for (index, row) in rows.iter().enumerate() {
+            let (bytes, record) = shooting.take(*row, index, rows.len()).map_err(|why| refused(&why))?;
+            sink(&format!("{}{folder}/{}", self.folder, record.name), &bytes)?;
+            pictures.push(record);
         }
         Ok(())
     }
@@ -193,7 +243,11 @@ impl Session<'_> {
     /// What a fault hits.
     fn target(&self, asked: &Asked) -> Result<Target, IngestError> {
         let found = asked.fault.target(asked.channel.as_deref(), &self.bench);
-        found.map_err(|found| self.nothing_to_hit(asked, &found))
+        let target = found.map_err(|found| self.nothing_to_hit(asked, &found))?;
+        if self.bench.plan.devices[target.device].camera.is_some() {
+            return Err(self.nothing_to_hit(asked, "a camera: faults are those of logs"));
+        }
+        Ok(target)
     }
 
     /// Whether a fault has something to hit in this session.

@@ -1,5 +1,6 @@
 //! `rehearsals/<id>.toml`: what is rehearsed, with which instruments, and what the specimen does.
 
+mod camera;
 mod raw;
 
 use pneuval_ingest::IngestError;
@@ -7,6 +8,8 @@ use pneuval_ingest::document::Document;
 use pneuval_ingest::formats::Format;
 use pneuval_ingest::manifest::{ComparisonSpec, Quantity};
 use pneuval_ingest::units::{Dimension, Unit};
+
+pub use camera::{Moments, PlanCamera, PlanObject};
 
 /// A rehearsal as it is written. Times are in s, pressures gauge in Pa, shares in 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +87,8 @@ pub struct Device {
     pub drift: f64,
     /// Standard deviation of single stamps.
     pub jitter_s: f64,
+    /// If it takes photographs.
+    pub camera: Option<PlanCamera>,
     /// Line of the file.
     pub line: usize,
 }
@@ -289,6 +294,9 @@ impl Plan {
         self.specimen = Specimen { cycles_before, ..Specimen::default() };
         for device in &mut self.devices {
             (device.offset_s, device.drift, device.jitter_s) = (0.0, 0.0, 0.0);
+            if let Some(camera) = &mut device.camera {
+                (camera.noise, camera.is_flawless) = (0.0, true);
+            }
         }
         for tensile in &mut self.tensile {
             (tensile.force_noise_n, tensile.displacement_noise_m, tensile.spread) = (0.0, 0.0, 0.0);

@@ -12,6 +12,7 @@ use pneuval_ingest::manifest::{
 };
 use pneuval_ingest::units::Dimension;
 
+use super::camera::RawCamera;
 use super::{
     Channel, Deviation, Device, Plan, Programme, ProgrammeKind, Regulator, Response, Setting, Shows, Sitting, Specimen,
     Tensile, Truth,
@@ -98,6 +99,7 @@ struct RawDevice {
     /// Microseconds per second.
     drift_ppm: Option<Spanned<f64>>,
     jitter: Option<Amount>,
+    camera: Option<RawCamera>,
 }
 
 #[derive(Deserialize)]
@@ -303,7 +305,7 @@ fn at_most(document: &Document, count: &Spanned<usize>, most: usize) -> Result<u
 }
 
 /// A share from 0 to less than 1.
-fn share(document: &Document, amount: &Amount) -> Result<f64, IngestError> {
+pub(super) fn share(document: &Document, amount: &Amount) -> Result<f64, IngestError> {
     let share = amount.not_negative(document, Dimension::Ratio)?;
     if share < 1.0 {
         return Ok(share);
@@ -357,11 +359,16 @@ impl RawSpecimen {
 impl RawDevice {
     fn checked(&self, document: &Document) -> Result<Device, IngestError> {
         let name = self.format.get_ref();
-        let known = |format: &Format| !matches!(format, Format::Pictures | Format::Plus | Format::Transposed);
+        let known = |format: &Format| !matches!(format, Format::Plus | Format::Transposed);
         let Some(format) = Format::ALL.into_iter().filter(known).find(|format| format.id() == name) else {
             let next = suggestion(name, Format::ALL.into_iter().filter(known).map(Format::id));
             return Err(document.malformed(self.format.span(), "a format that a device writes", shown(name), next));
         };
+        let camera = self.camera.as_ref().map(|camera| camera.checked(document)).transpose()?;
+        if camera.is_some() != (format == Format::Pictures) {
+            let next = "add [device.camera] to a device of `pictures`, and to no other";
+            return Err(document.malformed(self.format.span(), "pictures of a camera", shown(name), next));
+        }
         let seconds = |amount: &Option<Amount>| {
             amount.as_ref().map_or(Ok(0.0), |amount| amount.signed(document, Dimension::Time))
         };
@@ -380,6 +387,7 @@ impl RawDevice {
             offset_s: seconds(&self.offset)?,
             drift,
             jitter_s: self.jitter.as_ref().map_or(Ok(0.0), |jitter| jitter.not_negative(document, Dimension::Time))?,
+            camera,
             line: document.line_of(self.id.span().start),
         })
     }
