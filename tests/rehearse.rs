@@ -69,10 +69,10 @@ fn photographs_of_a_rehearsal_are_measured_and_judged_as_its_truth_says() {
     // The paper's measured diameters in mm. The camera's scale is off by what is declared; the specimen creeps and has its hysteresis.
     for (point, printed) in points.iter().zip([30.0, 33.44, 35.67, 37.72, 39.66, 41.45]) {
         let (value, half) = (1e3 * point["measured"][0].as_f64().unwrap(), point["measured_half_width"][0].as_f64());
-        assert!((value - printed).abs() < 0.2 && half.is_some_and(|half| half > 0.0), "{value} {printed} {half:?}");
+        assert!((value - printed).abs() < 0.03 && half.is_some_and(|half| half > 0.0), "{value} {printed} {half:?}");
     }
     let (value, lower, upper) = metric(compared, "max_abs_error").unwrap();
-    assert!((value - 1.86e-3).abs() < 0.2e-3 && lower < value && value < upper, "{lower} {value} {upper}");
+    assert!((value - 1.86e-3).abs() < 0.03e-3 && lower < value && value < upper, "{lower} {value} {upper}");
     // The plan can be printed, and what has none says so.
     let plan = rehearse(folder.path(), &["wave-finger", "--photographs", "--plan"]);
     assert!(plan.contains("moments = \"film\""));

@@ -17,7 +17,7 @@ pub const PHOTOGRAPHS: &str = "photographs";
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shown {
     /// With what was measured in it, to be drawn.
-    Measured(Photograph),
+    Measured(Box<Photograph>),
     /// Drawn already: the bytes of a JPEG file.
     Drawn(Vec<u8>),
 }
@@ -41,7 +41,7 @@ pub(crate) fn show(study: &Study, dataset: &mut DatasetRecord, all: &mut BTreeMa
             width: shown.picture.width(),
             height: shown.picture.height(),
         });
-        all.insert(path, Shown::Measured((*shown).clone()));
+        all.insert(path, Shown::Measured(Box::new((*shown).clone())));
     }
 }
 

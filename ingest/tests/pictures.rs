@@ -10,7 +10,7 @@ use bag::{COMPRESSED, IMAGE, Recorder, picture};
 use image::{GrayImage, ImageFormat, Luma};
 use pneuval_ingest::IngestError;
 use pneuval_ingest::camera::scale::Scale;
-use pneuval_ingest::camera::task::{Setup, Task};
+use pneuval_ingest::camera::task::{Setup, Task, What};
 use pneuval_ingest::finding::FindingKind;
 use pneuval_ingest::formats::pictures::PictureOptions;
 use pneuval_ingest::formats::{Format, Options, read};
@@ -61,8 +61,8 @@ fn options(topic: &str) -> Options {
         axis: Some(pneuval_ingest::camera::silhouette::Axis::Vertical),
         ..Default::default()
     };
-    let setup = Setup { sought, scale: Some(Scale { metre_per_px: 1e-4, std: 0.0 }), ..Setup::default() };
-    let task = Some(Task::Diameter(setup));
+    let setup = Setup { scale: Some(Scale { metre_per_px: 1e-4, std: 0.0 }), ..Setup::default() };
+    let task = Some(Task { what: What::Diameter(sought), setup });
     let pictures = PictureOptions { task, topic: Some(topic.to_owned()), ..PictureOptions::default() };
     Options { format: Some(Format::Mcap), pictures, ..Options::default() }
 }

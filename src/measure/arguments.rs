@@ -22,6 +22,10 @@ pub struct Measure {
 pub enum Measured {
     /// The largest width of a round body across its axis
     Diameter(MeasureDiameter),
+    /// The angle by which a finger bends, its tip, its curvature
+    Angle(MeasureAngle),
+    /// The area of an imprint: paint on paper
+    Area(MeasureArea),
     /// How long a pixel is: of a disc, a ruler, a known length or a chessboard
     Scale(MeasureScale),
     /// A lens: focal lengths, centre and distortion, from pictures of a chessboard
@@ -35,9 +39,73 @@ pub struct MeasureDiameter {
     pub job: Job,
     #[command(flatten)]
     pub camera: Camera,
+    /// Whether the body is darker or brighter than what is around
+    #[arg(long)]
+    pub body: Option<BodyArgument>,
     /// How the axis lies, where it is not seen
     #[arg(long)]
     pub axis: Option<AxisArgument>,
+}
+
+/// The angle by which a finger bends, seen from the side; its tip from its root; its length and curvature.
+///
+/// The finger begins where it leaves a mount that is wider, or the picture. What has an outline on one side only cannot be seen to bend: a
+/// round end goes on straight from half a width before the tip. With `--markers` it is told by markers of one colour instead.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval measure angle film --scale 0.25mm --sense counterclockwise --out seen\n  pneuval measure angle film --scale 0.25mm --markers 220,40,30 --count 5 --root 180,160 --out seen"
+)]
+pub struct MeasureAngle {
+    #[command(flatten)]
+    pub job: Job,
+    #[command(flatten)]
+    pub camera: Camera,
+    /// Whether the body is darker or brighter than what is around
+    #[arg(long)]
+    pub body: Option<BodyArgument>,
+    /// Where the finger leaves its mount, in px, where that is not seen
+    #[arg(long, value_name = "X,Y")]
+    pub root: Option<String>,
+    /// The direction of the finger at its root in degrees, where the rig knows it: 0 to the right, 90 down
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub heading: Option<f64>,
+    /// Which way a bend counts as positive, as one looks at the picture
+    #[arg(long, default_value = "clockwise")]
+    pub sense: SenseArgument,
+    /// Red, green and blue of round markers along the centreline: the first is the root, the last the tip
+    #[arg(long, value_name = "R,G,B", requires_all = ["count", "root"], conflicts_with = "body")]
+    pub markers: Option<String>,
+    /// How many markers there are
+    #[arg(long, value_name = "N", requires = "markers", value_parser = clap::value_parser!(u8).range(3..=12))]
+    pub count: Option<u8>,
+}
+
+/// Which way a bend counts as positive.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SenseArgument {
+    /// As the hands of a clock go
+    Clockwise,
+    /// The other way
+    Counterclockwise,
+}
+
+/// The area of an imprint, in colour, with its holes; what is not painted within does not count.
+#[derive(Args)]
+#[command(after_help = "Example:\n  pneuval measure area imprint.png --scale 0.1mm --paint 170,40,45 --out seen")]
+pub struct MeasureArea {
+    #[command(flatten)]
+    pub job: Job,
+    #[command(flatten)]
+    pub camera: Camera,
+    /// Red, green and blue of the paint, 0 to 255, where there are other colours than its and the paper's
+    #[arg(long, value_name = "R,G,B")]
+    pub paint: Option<String>,
+    /// Specks of fewer px² are told, and do not count
+    #[arg(long, value_name = "PX2", default_value_t = 30.0)]
+    pub specks: f64,
+    /// Holes count, too
+    #[arg(long)]
+    pub fill_holes: bool,
 }
 
 /// Pictures, and what becomes of them.
@@ -74,12 +142,12 @@ pub struct Camera {
     /// Calibration of the lens: a YAML file of OpenCV or ROS, or of 'measure lens'
     #[arg(long, value_name = "FILE")]
     pub lens: Option<PathBuf>,
-    /// Whether the body is darker or brighter than what is around
-    #[arg(long)]
-    pub body: Option<BodyArgument>,
     /// Where it is looked for, in px
     #[arg(long, value_name = "LEFT,TOP,WIDTH,HEIGHT")]
     pub region: Option<String>,
+    /// How the camera stores light: linear, srgb (most JPEGs), or the exponent of its gamma
+    #[arg(long, value_name = "TONE", default_value = "linear")]
+    pub tone: String,
 }
 
 /// How an axis lies.

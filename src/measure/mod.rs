@@ -27,7 +27,7 @@ use crate::exit::{Failure, Outcome};
 use crate::{output, table};
 
 pub use arguments::Measure;
-use arguments::{Job, MeasureDiameter, Measured};
+use arguments::{Job, Measured};
 
 /// What became of a picture, for `--json`.
 #[derive(Serialize)]
@@ -63,9 +63,9 @@ struct Progress {
 
 pub fn run(arguments: &Measure) -> Result<Outcome, Failure> {
     match &arguments.what {
-        Measured::Diameter(MeasureDiameter { job, camera, axis }) => {
-            values(job, &Task::Diameter(words::setup(camera, *axis)?))
-        }
+        Measured::Diameter(asked) => values(&asked.job, &words::diameter(asked)?),
+        Measured::Angle(asked) => values(&asked.job, &words::angle(asked)?),
+        Measured::Area(asked) => values(&asked.job, &words::area(asked)?),
         Measured::Scale(arguments) => scale::run(arguments),
         Measured::Lens(arguments) => lens::run(arguments),
     }

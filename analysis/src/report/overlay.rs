@@ -91,7 +91,10 @@ fn draw(pixels: &mut [u8], size: (u32, u32), marks: &Marks, by: usize) -> Result
         root.draw(&Circle::new(at(place), radius, colour.filled()))?;
     }
     for line in &marks.axes {
-        root.draw(&PathElement::new(line.iter().map(at).collect::<Vec<_>>(), AXIS.stroke_width(1)))?;
+        root.draw(&PathElement::new(
+            line.iter().map(at).collect::<Vec<_>>(),
+            AXIS.stroke_width((size.0 / 900).max(1)),
+        ))?;
     }
     let thick = (size.0 / 700).max(1);
     for line in &marks.lines {

@@ -51,6 +51,10 @@ pub fn reader_keys(plan: &Plan, device: &Device, camera: &PlanCamera, table: &Ta
         format!("scale = {}", mm(camera.scale_m)),
         format!("distance = {}", mm(camera.distance_m)),
     ];
+    // It bends to the right, and hangs down.
+    if matches!(camera.object, PlanObject::Finger { .. }) {
+        keys.push("sense = \"counterclockwise\"".to_owned());
+    }
     match camera.moments {
         Moments::Film => keys.push(format!("fps = {}", device.rate_hz)),
         Moments::Stations => keys.push(format!("names = \"{}\"", pattern(plan, device, camera, table))),

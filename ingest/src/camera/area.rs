@@ -132,7 +132,9 @@ impl fmt::Display for AreaRefusal {
                 f,
                 "no imprint: paint and paper cannot be told apart, they lie {stds:.1} standard deviations of the paper from each other"
             ),
-            Self::NoPaint => write!(f, "no imprint: nothing painted is large enough; name the `paint` colour or the `region`"),
+            Self::NoPaint => {
+                write!(f, "no imprint: nothing painted is large enough; name the `paint` colour or the `region`")
+            }
             Self::Border => write!(
                 f,
                 "the imprint touches the border: more of it may lie outside; if that is something else, name the `region` of the imprint"
@@ -143,7 +145,10 @@ impl fmt::Display for AreaRefusal {
                 100.0 * share
             ),
             Self::Saturated => {
-                write!(f, "saturated: the paper is as bright as can be, so that nobody knows where half of the way is; expose less")
+                write!(
+                    f,
+                    "saturated: the paper is as bright as can be, so that nobody knows where half of the way is; expose less"
+                )
             }
         }
     }

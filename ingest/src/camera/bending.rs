@@ -7,9 +7,10 @@
 //!
 //! What has an outline on one side only cannot be seen to bend: from where a round end begins, half a width before it, the centreline goes
 //! straight on. The tip is where it meets the outline of the free end; the angle, by how much the tangent turns from the root to there. A
-//! flat end begins with the tip. Angles are positive from x towards y, clockwise as one looks at the picture. A wavy outline makes the middles
-//! wave; a centreline of a few degrees of freedom goes through them.
+//! flat end begins with the tip. Angles are positive from x towards y, clockwise as one looks at the picture. Where one outline is wavy and the
+//! other is not, the centreline is that at half the width between the waves from the smooth one.
 
+pub mod markers;
 mod path;
 mod sides;
 mod strip;
@@ -59,7 +60,7 @@ const PROFILE: usize = 41;
 pub struct SoughtBending {
     /// Where, and whether it is darker than what is around; the axis does not matter.
     pub body: Sought,
-    /// Where the finger leaves its mount, in px; `None`: where it leaves the picture, or the region.
+    /// Where the finger leaves its mount, in px; `None`: at the shoulders of a mount that is wider, or where it leaves the picture or the region.
     pub root: Option<Place>,
     /// The direction of the finger at its root, where the rig knows it: from x towards y, in rad; `None`: as its centreline begins.
     pub heading_rad: Option<f64>,
@@ -80,6 +81,10 @@ pub struct Bending {
     pub angle_std_rad: f64,
     /// The direction at the root, in rad from x towards y.
     pub heading_rad: f64,
+    /// The direction that was named.
+    pub named_heading_rad: Option<f64>,
+    /// Standard uncertainty of where it begins, along it, in px.
+    pub root_std_px: f64,
     /// Along the centreline, in px, and its standard uncertainty.
     pub length_px: (f64, f64),
     /// The curvature along it.
@@ -90,7 +95,7 @@ pub struct Bending {
     pub centreline: Vec<Place>,
     /// Edges, as they are seen in the picture.
     pub edges: Vec<(Place, EdgeUse)>,
-    /// Blur of its edges, in px (standard deviation).
+    /// Blur of its edges, in px (standard deviation); NaN where markers were looked at.
     pub blur_px: f64,
     /// Degree of the tangent's polynomial: 1 is constant curvature.
     pub degree: usize,
@@ -131,6 +136,10 @@ pub enum BendingFlag {
     Gaps(f64),
     /// Blurred by so many px.
     Blurred(f64),
+    /// One side is wavy: the other tells how it bends.
+    OneSide,
+    /// So many spots of the markers' colour are too small for markers.
+    Specks(usize),
     /// Middles stray by so many px about the centreline: a wavy outline.
     Wavy(f64),
 }
@@ -141,8 +150,12 @@ impl fmt::Display for BendingFlag {
             Self::Clipped(share) => {
                 write!(f, "{:.0} % of its edges lie beside brightness at the end of its range", 100.0 * share)
             }
-            Self::Gaps(share) => write!(f, "{:.0} % of its length shows no edge on one side or the other", 100.0 * share),
+            Self::Gaps(share) => {
+                write!(f, "{:.0} % of its length shows no edge on one side or the other", 100.0 * share)
+            }
             Self::Blurred(px) => write!(f, "blurred by {px:.1} px"),
+            Self::OneSide => write!(f, "one side is wavy: its centreline was taken from the smooth one"),
+            Self::Specks(count) => write!(f, "{count} small spots of the markers' colour beside them"),
             Self::Wavy(px) => write!(f, "its outline is wavy: the middle strays by {px:.2} px about the centreline"),
         }
     }
@@ -168,6 +181,8 @@ pub enum BendingRefusal {
         /// How far away its nearer end is, in px.
         px: f64,
     },
+    /// A mount that is wider, without shoulders on both sides.
+    NoShoulders,
     /// Not twice as long as wide.
     Short,
     /// Too few stations with two edges.
@@ -192,18 +207,33 @@ impl fmt::Display for BendingRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Body(why) => write!(f, "{why}"),
-            Self::NoBody => write!(f, "no finger: nothing long stands out from what is around; name the `region` it lies in"),
+            Self::NoBody => {
+                write!(f, "no finger: nothing long stands out from what is around; name the `region` it lies in")
+            }
             Self::SeveralBodies => write!(f, "several bodies of like size; name the `region` of the one to measure"),
-            Self::Ring => write!(f, "the finger closes a ring: it touches itself or something else, so that nobody sees where it ends"),
+            Self::Ring => write!(
+                f,
+                "the finger closes a ring: it touches itself or something else, so that nobody sees where it ends"
+            ),
             Self::NoRoot => write!(
                 f,
                 "both ends of the finger are in the picture, and nobody knows which is its root; name the `root`, or a `region` that it leaves there"
             ),
-            Self::TwoExits => write!(f, "the finger leaves the picture at both ends, or at its tip; show all of it, or name its `region`"),
+            Self::TwoExits => write!(
+                f,
+                "the finger leaves the picture at both ends, or at its tip; show all of it, or name its `region`"
+            ),
             Self::FarRoot { px } => write!(f, "the `root` lies {px:.0} px from the nearer end of the finger"),
+            Self::NoShoulders => write!(
+                f,
+                "the finger begins in something wider, whose edge beside the finger is not seen on both sides; name the `root`, or a `region` without the mount"
+            ),
             Self::Short => write!(f, "the finger is not twice as long as wide: no centreline"),
             Self::FewEdges { found, of } => {
-                write!(f, "both edges were found at {found} of {of} stations only: blurred, covered or without contrast")
+                write!(
+                    f,
+                    "both edges were found at {found} of {of} stations only: blurred, covered or without contrast"
+                )
             }
             Self::Saturated { share } => write!(
                 f,
@@ -211,7 +241,9 @@ impl fmt::Display for BendingRefusal {
                 100.0 * share
             ),
             Self::NoTip => write!(f, "the free end has no clear edge: covered, or against something of its brightness"),
-            Self::Lens => write!(f, "the lens is not known there: its model folds; calibrate with corners near the border"),
+            Self::Lens => {
+                write!(f, "the lens is not known there: its model folds; calibrate with corners near the border")
+            }
         }
     }
 }
@@ -226,17 +258,23 @@ pub fn bending(
     straight: &dyn Fn(Place) -> Option<Place>,
 ) -> Result<Bending, BendingRefusal> {
     let coarse = strip(picture, &sought)?;
-    let mut looked = Looked { picture, blur: Blur::new(), is_dark: coarse.is_dark, blur_px: BLUR_FIRST_PX, contrast: 0.0 };
+    let mut looked =
+        Looked { picture, blur: Blur::new(), is_dark: coarse.is_dark, blur_px: BLUR_FIRST_PX, contrast: 0.0 };
     let (path, mut half_px) = first(&mut looked, &coarse)?;
-    // From where it begins to where its round end does.
-    let root_at = |path: &Path| match sought.root {
-        Some(root) => path.nearest_of_all(root),
-        None => leaves(picture, &sought, path),
-    };
     let (end, _) = looked
         .end(&path, path.length() + 1.6 * half_px, half_px, 1.8 * half_px + 2.0 * coarse.step)
         .ok_or(BendingRefusal::NoTip)?;
-    let (from, to) = (root_at(&path), end.s - END_HALVES * half_px);
+    // From where it begins to where its round end does.
+    let root_at = |looked: &Looked, path: &Path, half_px: f64| match (sought.root, coarse.mount) {
+        (Some(root), _) => Ok((path.nearest_of_all(root), 0.0)),
+        (None, Some(mount)) => {
+            let near = path.nearest_of_all(mount);
+            let reach = 2.5 * coarse.step + half_px;
+            looked.shoulders(path, near, half_px, reach).ok_or(BendingRefusal::NoShoulders)
+        }
+        (None, None) => Ok((leaves(picture, &sought, path), 0.0)),
+    };
+    let ((from, _), to) = (root_at(&looked, &path, half_px)?, end.s - END_HALVES * half_px);
     if to - from < 2.0 * half_px {
         return Err(BendingRefusal::Short);
     }
@@ -260,9 +298,10 @@ pub fn bending(
     let few = || BendingRefusal::FewEdges { found: seen.len(), of: of_stations };
     let edges = sides.places(&path);
     let (path, degree) = best(&path, &seen).ok_or_else(few)?;
-    let (end, end_edges) =
-        looked.end(&path, path.length() + (1.0 + END_HALVES) * half_px, half_px, half_px + 3.0).ok_or(BendingRefusal::NoTip)?;
-    let seen_root = root_at(&path);
+    let (end, end_edges) = looked
+        .end(&path, path.length() + (1.0 + END_HALVES) * half_px, half_px, half_px + 3.0)
+        .ok_or(BendingRefusal::NoTip)?;
+    let (seen_root, root_std_px) = root_at(&looked, &path, half_px)?;
     // In the straightened picture.
     let found = seen.len();
     let points: Vec<(f64, Place)> = seen
@@ -288,12 +327,9 @@ pub fn bending(
         }
         None => (line.angle(root_s), line.turn_std(root_s, tip_s)),
     };
-    let angle_std_rad = angle_std_rad.hypot(STRAIGHT_PX * line.curvature(tip_s).0);
-    let profile = |i: usize| {
-        let s = root_s + (tip_s - root_s) * i as f64 / (PROFILE - 1) as f64;
-        let (per_px, std_per_px) = line.curvature(s);
-        CurvatureAt { along_px: s - root_s, per_px, std_per_px }
-    };
+    // What the place of the root leaves open turns the beginning.
+    let of_root = if sought.heading_rad.is_some() { 0.0 } else { root_std_px * line.curvature(root_s).0 };
+    let angle_std_rad = angle_std_rad.hypot(STRAIGHT_PX * line.curvature(tip_s).0).hypot(of_root);
     let bent = (0..PROFILE).map(|i| path.at(seen_root + (end.s - seen_root) * i as f64 / (PROFILE - 1) as f64));
     let mut flags = Vec::new();
     if sides.clipped > 0.01 {
@@ -306,7 +342,9 @@ pub fn bending(
     if looked.blur_px > 4.0 {
         flags.push(BendingFlag::Blurred(looked.blur_px));
     }
-    if line.left > 0.5 {
+    if sides.smooth_side().is_some() {
+        flags.push(BendingFlag::OneSide);
+    } else if line.left > 0.5 {
         flags.push(BendingFlag::Wavy(line.left));
     }
     let mut edges = edges;
@@ -318,8 +356,10 @@ pub fn bending(
         angle_rad: line.angle(tip_s) - heading,
         angle_std_rad,
         heading_rad: heading,
+        named_heading_rad: sought.heading_rad,
+        root_std_px,
         length_px: (tip_s - root_s + ahead, end.std_px.hypot(END_FLOOR_PX)),
-        curvature: (0..PROFILE).map(profile).collect(),
+        curvature: profile(&line, (root_s, tip_s)),
         arc: arc(&line, &points, (root_s, tip_s)).ok_or_else(few)?,
         centreline: bent.chain([seen_tip]).collect(),
         edges,
@@ -394,6 +434,16 @@ fn best(path: &Path, points: &[(f64, Place)]) -> Option<(Path, usize)> {
     let all = (1..DEGREE_MAX).filter_map(|degree| Some((path.fitted(points, degree)?, degree)));
     let all = all.chain([(richest.clone(), DEGREE_MAX)]);
     all.min_by(|a, b| score(&a.0, a.1).total_cmp(&score(&b.0, b.1)))
+}
+
+/// The curvature from one place of a centreline to another.
+fn profile(line: &Path, (from, to): (f64, f64)) -> Vec<CurvatureAt> {
+    let at = |i: usize| {
+        let s = from + (to - from) * i as f64 / (PROFILE - 1) as f64;
+        let (per_px, std_per_px) = line.curvature(s);
+        CurvatureAt { along_px: s - from, per_px, std_per_px }
+    };
+    (0..PROFILE).map(at).collect()
 }
 
 /// The arc of constant curvature through the same middles, and how far the centreline lies beside it.

@@ -17,7 +17,7 @@ use nalgebra::Vector2;
 use super::curve::{Curve, DEGREE_MAX, median, some};
 use super::picture::{Picture, Place};
 use super::silhouette::{Axis, Body, Refusal, Row, Sought, body};
-use outline::{common, largest, middle_slope, profile, wide_part};
+use outline::{common, largest, middle_slope, part_above, profile, wide_part};
 use seeker::{Found, Rows, Seeker};
 
 /// Where the body is thinner than this share of its largest width, only one of so many rows is looked at: a curve turned by its tilt needs some
@@ -38,6 +38,9 @@ const ODD_STDS: f64 = 5.0;
 const ODD_HEIGHT: f64 = 0.1;
 const DEGREE_HEIGHT: usize = 2;
 
+/// Where an outline goes over so many px a row, near either end, the body ends.
+const END_SLOPE: f64 = 1.2;
+
 /// The degree of the first curves.
 const DEGREE_FIRST: usize = 4;
 
@@ -51,12 +54,21 @@ const BLUR_PX: (f64, f64) = (0.5, 12.0);
 /// A picture in which so many edges are saturated is.
 const SATURATED_SHARE_MAX: f64 = 0.3;
 
+/// Blur is told by rows about the widest place, where the outline's slope is known best.
+const BLUR_SHARE: f64 = 0.92;
+
 /// Rounds in which the blur settles, and in which the axis does; it has where the middle goes over by so little, as a slope.
 const ROUNDS: usize = 3;
-const STEPS_FIRST: usize = 3;
+const STEPS_MAX: usize = 4;
 const AXIS_ROUNDS: usize = 12;
 const STRAIGHT: f64 = 1e-6;
 const TURN_MAX: f64 = 0.2;
+
+/// Where edges stray so many times as much as noise makes them, a narrower part is tried, where the body is as wide as this share of its
+/// largest width; it is taken where they stray less by such a share.
+const ROUGH: f64 = 1.4;
+const NARROWER: [f64; 5] = [0.86, 0.91, 0.95, 0.97, 0.985];
+const LESS_ROUGH: f64 = 0.8;
 
 /// What remains beside noise: of pixels that are not alike, and curves that are no polynomials. Standard uncertainty in px.
 const FLOOR_PX: f64 = 0.003;
@@ -220,7 +232,16 @@ fn wide_rows(body: &Body) -> Result<Vec<Row>, Refusal> {
     rows.push(middle);
     rows.extend(walk(&mut body.rows[body.deepest + 1..].iter())?);
     rows.retain(|row| width(row) > LEAST_SHARE * widest);
-    Ok(rows)
+    // A flat end that is tilted crosses rows: its outline goes over so many px a row there that it is none of the sides.
+    let crosses = |a: &Row, b: &Row| {
+        let limit = END_SLOPE * (b.at.abs_diff(a.at)) as f64 + body.step as f64;
+        a.span.0.abs_diff(b.span.0) as f64 > limit || a.span.1.abs_diff(b.span.1) as f64 > limit
+    };
+    let half = rows.len() / 3;
+    let before = (0..half).rev().find(|&i| crosses(&rows[i], &rows[i + 1])).map_or(0, |i| i + 2);
+    let n = rows.len();
+    let behind = (0..half).rev().find(|&i| crosses(&rows[n - 1 - i], &rows[n - 2 - i])).map_or(0, |i| i + 2);
+    Ok(rows[before..n - behind].to_vec())
 }
 
 /// Outlines through edges of the grid's rows, and the blur that they agree on.
@@ -243,20 +264,20 @@ fn first(seeker: &mut Seeker, body: &Body, wide: &[Row]) -> Result<(Outlines, f6
     // The middle half of a normal distribution is 1.349 deviations wide; a mean of five px has a variance of two px².
     let seen = median(widths) / 1.349;
     let mut blur_px = (seen * seen - 2.0).max(0.0).sqrt().clamp(1.0, BLUR_PX.1);
-    for round in 0..ROUNDS {
-        // The first outlines are a px off; those after them are good to one step.
-        let steps = if round == 0 { STEPS_FIRST } else { 1 };
+    for _ in 0..ROUNDS {
         let mut points: [Vec<(f64, f64)>; 2] = [vec![], vec![]];
         let (mut wider, mut weights) = (0.0, 0.0);
+        let width = |y: f64| outlines[1].at(y) - outlines[0].at(y);
+        let widest = wide.iter().map(|row| width(row.at as f64)).fold(0.0, f64::max);
         for row in wide {
             let y = row.at as f64;
             for (side, outline) in outlines.iter().enumerate() {
                 let (slope, _) = outline.derivatives(y);
-                let Some(found) = seeker.edge(row.at, outline.at(y), slope, blur_px, steps) else { continue };
+                let Some(found) = seeker.edge(row.at, outline.at(y), slope, blur_px, STEPS_MAX) else { continue };
                 // Along the row it looks wider.
                 let seen = slope.mul_add(slope, 1.0).sqrt();
                 let step = found.edge.blur_step / seen;
-                if step.abs() < blur_px {
+                if step.abs() < blur_px && width(y) > BLUR_SHARE * widest {
                     wider += found.edge.blur_weight * seen * seen * step;
                     weights += found.edge.blur_weight * seen * seen;
                 }
@@ -378,7 +399,27 @@ fn measure(
         along = (upright + across(upright) * turn.tan()).normalize();
     }
     let points = turned(along);
-    let (curves, degree) = Curve::pair([&points[0], &points[1]], range, DEGREE_MAX).ok_or_else(few)?;
+    let squares: f64 = found.iter().flatten().map(|f| f.edge.left.0).sum();
+    let freedom: usize = found.iter().flatten().map(|f| f.edge.left.1).sum();
+    let noise = (squares / freedom.max(1) as f64).sqrt();
+    let each: Vec<f64> = found.iter().flatten().map(|f| noise * f.edge.std_per_step).collect();
+    let expected = median(some(each.into_iter()));
+    let rough_of = |curves: &[Curve; 2]| curves[0].left.max(curves[1].left) / expected.max(f64::MIN_POSITIVE);
+    let (mut curves, mut degree) = Curve::pair([&points[0], &points[1]], range, DEGREE_MAX).ok_or_else(few)?;
+    // An outline with corners is no polynomial: nearer to the widest place it may be.
+    for share in NARROWER {
+        let rough = rough_of(&curves);
+        if rough < ROUGH {
+            break;
+        }
+        let part = part_above(&curves, range, share);
+        let Some((closer, of)) = Curve::pair([&points[0], &points[1]], part, DEGREE_MAX) else { break };
+        if rough_of(&closer) > LESS_ROUGH * rough {
+            continue;
+        }
+        (curves, degree, range) = (closer, of, part);
+    }
+    let (curves, degree) = (curves, degree);
     let width = |v: f64| curves[1].at(v) - curves[0].at(v);
     let at = largest(&width, range);
     let is_cut = body.rows.first().is_some_and(|row| is_at_end(row, body))
@@ -403,12 +444,8 @@ fn measure(
     let rows_used = 0.5 * (curves[0].n() + curves[1].n()) as f64;
     let middle_std = 0.5 * curves[0].left.hypot(curves[1].left);
     let axis_std_rad = (12.0 / rows_used).sqrt() * middle_std / (range.1 - range.0) / gain.abs();
-    let squares: f64 = found.iter().flatten().map(|f| f.edge.left.0).sum();
-    let freedom: usize = found.iter().flatten().map(|f| f.edge.left.1).sum();
-    let noise = (squares / freedom.max(1) as f64).sqrt();
     let contrast = median(found.iter().flatten().map(|f| (f.edge.levels.1 - f.edge.levels.0).abs()).collect());
-    let expected = median(found.iter().flatten().map(|f| noise * f.edge.std_per_step).collect());
-    let rough = curves[0].left.max(curves[1].left) / expected.max(f64::MIN_POSITIVE);
+    let rough = rough_of(&curves);
     let in_range = |p: &&(f64, f64)| p.0 >= range.0 && p.0 <= range.1;
     let odd_here =
         odd.iter().flatten().map(|p| (p - middle).dot(&along)).filter(|v| *v >= range.0 && *v <= range.1).count();

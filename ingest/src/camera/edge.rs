@@ -26,6 +26,9 @@ const SIDE_PX: f64 = 2.0;
 /// A step is cut to so many standard deviations of the blur.
 const STEP_BLURS: f64 = 1.5;
 
+/// A step that is smaller than this share of the blur is the last: what it leaves is its square.
+pub(super) const SETTLED_BLURS: f64 = 0.15;
+
 /// Pivots below this share of their diagonal are nought: the line does not tell the parameters apart.
 const SINGULAR: f64 = 1e-10;
 
@@ -96,7 +99,7 @@ impl Blur {
         SIDE_BLURS * blur_px + SIDE_PX
     }
 
-    /// The edge of a line of pixels near a guess, for a blur of so many px; `with_blur` asks how much wider it should be. `None` where
+    /// The edge of a line of pixels near a guess, for a blur of so many px; `with_blur` asks how much wider it should be; after so many steps at most. `None` where
     /// the line shows none.
     pub fn edge(&self, line: &[f32], guess: f64, blur_px: f64, with_blur: bool, steps: usize) -> Option<Edge> {
         let step = |x: f64| {
@@ -107,8 +110,13 @@ impl Blur {
             }
         };
         let mut found = step(guess)?;
+        let mut last = guess;
         for _ in 1..steps.max(1) {
-            found = step(found.at)?;
+            if (found.at - last).abs() < SETTLED_BLURS * blur_px {
+                break;
+            }
+            last = found.at;
+            found = step(last)?;
         }
         Some(found)
     }

@@ -18,3 +18,4 @@ pub mod silhouette;
 pub mod task;
 #[cfg(test)]
 mod testing;
+pub mod tone;

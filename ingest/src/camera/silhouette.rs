@@ -46,8 +46,8 @@ const UNSURE_SHARE: f64 = 0.25;
 
 /// A mount is thinner than this share of the body, and does not become so many times as thick over so many lines of the grid.
 const MOUNT_SHARE: f64 = 0.6;
-const MOUNT_GROWTH: f64 = 1.25;
-const MOUNT_LINES: usize = 4;
+const MOUNT_GROWTH: f64 = 1.12;
+const MOUNT_LINES: usize = 2;
 
 /// One of so many places tells the light: a prime, so that they lie everywhere.
 const SURFACE_STEP: usize = 7;

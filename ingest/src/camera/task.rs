@@ -1,39 +1,75 @@
 //! What is measured in a picture, and with what scale: from places in px to values with units.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `round.rs` | the diameter of a round body, seen from near |
+//! | `flat.rs` | what lies in one plane: a bent finger, an imprint |
 
-use nalgebra::Vector2;
+mod flat;
+mod round;
 
-use super::diameter::{Diameter, EdgeUse, diameter};
+use std::borrow::Cow;
+
+use super::area::{Imprint, SoughtArea, area};
+use super::bending::markers::{SoughtMarkers, markers};
+use super::bending::{Bending, SoughtBending, bending};
+use super::diameter::{EdgeUse, diameter};
 use super::lens::Lens;
 use super::picture::{Picture, Place};
-use super::scale::perspective::{Perspective, error_if_ignored_m};
-use super::scale::{Length, Scale, as_seen};
+use super::scale::{Length, Scale};
 use super::silhouette::Sought;
+use super::tone::{Tone, lit};
 
 /// Where no distance is known, the error is told for so many radii: that of a body that fills a seventh of the view.
 const TYPICAL_RADII: f64 = 15.0;
 
 const MM: f64 = 1e-3;
 
-/// Camera, scale and where the body is.
+/// Camera, scale and tone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Setup {
-    /// What is sought.
-    pub sought: Sought,
     /// The scale; `None`: lengths stay in px.
     pub scale: Option<Scale>,
     /// The lens, if it is calibrated.
     pub lens: Option<Lens>,
-    /// From the camera's centre to the plane of the axis.
+    /// From the camera's centre to the plane of what is measured: of a round body, of its axis.
     pub distance: Option<Length>,
-    /// How far the plane of the scale lies before that of the axis, towards the camera, and its standard uncertainty, in m.
+    /// How far the plane of the scale lies before that plane, towards the camera, and its standard uncertainty, in m.
     pub offset_m: Option<(f64, f64)>,
+    /// How the camera stores light.
+    pub tone: Tone,
 }
 
 /// What is measured.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Task {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum What {
     /// The largest width of a round body across its axis.
-    Diameter(Setup),
+    Diameter(Sought),
+    /// The angle by which a finger bends, and its tip.
+    Angle(SoughtBending, Sense),
+    /// The same by markers along its centreline.
+    Markers(SoughtMarkers, Sense),
+    /// The area of an imprint.
+    Area(SoughtArea),
+}
+
+/// Which way a bend counts as positive, as one looks at the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sense {
+    /// From x (to the right) towards y (down).
+    #[default]
+    Clockwise,
+    /// The other way.
+    Counterclockwise,
+}
+
+/// What is measured, and how the camera sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Task {
+    /// What.
+    pub what: What,
+    /// With what camera.
+    pub setup: Setup,
 }
 
 /// A value with its standard uncertainty, in the unit of its column.
@@ -65,8 +101,8 @@ pub struct Marks {
     pub edges: Vec<(Place, EdgeUse)>,
     /// What was measured: a width.
     pub lines: Vec<[Place; 2]>,
-    /// The axis.
-    pub axes: Vec<[Place; 2]>,
+    /// The axis, or a centreline.
+    pub axes: Vec<Vec<Place>>,
     /// What it is, in words.
     pub label: String,
 }
@@ -74,20 +110,42 @@ pub struct Marks {
 impl Task {
     /// Its word in manifests and on the command line.
     pub fn id(&self) -> &'static str {
-        match self {
-            Self::Diameter(_) => "diameter",
+        match self.what {
+            What::Diameter(_) => "diameter",
+            What::Angle(..) | What::Markers(..) => "angle",
+            What::Area(_) => "area",
         }
     }
 
     /// The values that it gives, each with its unit.
     pub fn columns(&self) -> Vec<(String, &'static str)> {
-        match self {
-            Self::Diameter(setup) => vec![
-                ("diameter".to_owned(), if setup.scale.is_some() { "mm" } else { "px" }),
-                ("tilt".to_owned(), "deg"),
-                ("blur".to_owned(), "px"),
+        let is_scaled = self.setup.scale.is_some();
+        let length = if is_scaled { "mm" } else { "px" };
+        let columns: &[(&str, &'static str)] = match self.what {
+            What::Diameter(_) => &[("diameter", length), ("tilt", "deg"), ("blur", "px")],
+            What::Angle(..) => &[
+                ("angle", "deg"),
+                ("tip_along", length),
+                ("tip_across", length),
+                ("length", length),
+                ("bend_radius", length),
+                ("arc_deviation", length),
+                ("blur", "px"),
             ],
-        }
+            What::Markers(..) => &[
+                ("angle", "deg"),
+                ("tip_along", length),
+                ("tip_across", length),
+                ("length", length),
+                ("bend_radius", length),
+                ("arc_deviation", length),
+            ],
+            What::Area(_) => {
+                let square = if is_scaled { "mm2" } else { "px2" };
+                &[("area", square), ("holes", square), ("rim", length), ("blur", "px")]
+            }
+        };
+        columns.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).collect()
     }
 
     /// Measures a picture.
@@ -95,14 +153,36 @@ impl Task {
     /// # Errors
     /// Why it cannot be measured, in words.
     pub fn measure(&self, picture: &Picture) -> Result<Reading, String> {
-        match self {
-            Self::Diameter(setup) => setup.diameter(picture),
+        let setup = &self.setup;
+        let picture: Cow<Picture> = match setup.tone {
+            Tone::Linear => Cow::Borrowed(picture),
+            tone => Cow::Owned(lit(picture, tone).ok_or("the tone curve has no exponent above 0")?),
+        };
+        let picture = &picture;
+        let straight = |place: Place| setup.straight(place);
+        match self.what {
+            What::Diameter(sought) => {
+                let found = diameter(picture, sought, &straight).map_err(|why| why.to_string())?;
+                setup.round(picture, &found)
+            }
+            What::Angle(sought, sense) => {
+                let found = bending(picture, sought, &straight).map_err(|why| why.to_string())?;
+                Ok(setup.bent(&found, sense))
+            }
+            What::Markers(sought, sense) => {
+                let found = markers(picture, sought, &straight).map_err(|why| why.to_string())?;
+                Ok(setup.bent(&found, sense))
+            }
+            What::Area(sought) => {
+                let found = area(picture, sought, &straight).map_err(|why| why.to_string())?;
+                setup.imprint(&found)
+            }
         }
     }
 
     /// What all its readings lack, in words.
     pub fn warnings(&self, readings: &[&Reading]) -> Vec<String> {
-        let Self::Diameter(setup) = self;
+        let setup = &self.setup;
         let mut warnings = Vec::new();
         if setup.scale.is_none() {
             warnings
@@ -115,6 +195,14 @@ impl Task {
                  radii away; give `distance`, and `offset` if the scale does not lie in the plane of the axis",
                 largest / MM
             ));
+        }
+        let is_flat = !matches!(self.what, What::Diameter(_));
+        if is_flat && setup.offset_m.is_some() && setup.distance().is_none() {
+            warnings.push(
+                "the scale does not lie in the plane of what is measured, and no distance of the camera is given: the scale was taken as it is; \
+                 give `distance`"
+                    .to_owned(),
+            );
         }
         warnings
     }
@@ -136,62 +224,4 @@ impl Setup {
         };
         self.distance.or_else(of_lens)
     }
-
-    fn diameter(&self, picture: &Picture) -> Result<Reading, String> {
-        let found = diameter(picture, self.sought, &|place| self.straight(place)).map_err(|why| why.to_string())?;
-        let centre = self.lens.map_or_else(
-            || Place::new(0.5 * (picture.width() as f64 - 1.0), 0.5 * (picture.height() as f64 - 1.0)),
-            |lens| lens.centre_px,
-        );
-        let (value, ignored_m) = match (self.scale, self.distance()) {
-            (None, _) => (Value { value: found.width_px, std: found.std_px }, None),
-            (Some(scale), None) => {
-                let length = scale.length(found.width_px, found.std_px);
-                let radius = 0.5 * length.metre;
-                let ignored = error_if_ignored_m(radius, TYPICAL_RADII * radius, self.offset_m.map_or(0.0, |o| o.0));
-                (Value { value: length.metre / MM, std: length.std / MM }, ignored)
-            }
-            (Some(scale), Some(distance)) => {
-                let (offset_m, offset_std_m) = self.offset_m.unwrap_or((0.0, 0.0));
-                let perspective = Perspective {
-                    distance_m: distance.metre,
-                    distance_std_m: distance.std,
-                    offset_m,
-                    offset_std_m,
-                    scale,
-                };
-                let (edges, stds) = across(&found, centre);
-                let round = perspective.cylinder(edges, stds).map_err(|why| why.to_string())?;
-                (Value { value: 2.0 * round.radius_m / MM, std: 2.0 * round.std_m / MM }, None)
-            }
-        };
-        let tilt = (-found.axis.x).atan2(found.axis.y).to_degrees();
-        let span = found.edges[0].iter().chain(&found.edges[1]).map(|(p, _)| (p - found.ends[0]).dot(&found.axis));
-        let (from, to) = span.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        let unit = if self.scale.is_some() { "mm" } else { "px" };
-        let middle = 0.5 * (found.ends[0] + found.ends[1]);
-        let seen = |place: Place| as_seen(self.lens.as_ref(), place);
-        let marks = Marks {
-            edges: found.edges.iter().flatten().map(|(place, used)| (seen(*place), *used)).collect(),
-            lines: vec![found.ends.map(seen)],
-            axes: vec![[middle + found.axis * from, middle + found.axis * to].map(seen)],
-            label: format!("{:.3} ± {:.3} {unit}", value.value, 1.96 * value.std),
-        };
-        let values = vec![
-            value,
-            Value { value: tilt, std: found.axis_std_rad.to_degrees() },
-            Value { value: found.blur_px, std: f64::NAN },
-        ];
-        Ok(Reading { values, notes: found.flags.iter().map(ToString::to_string).collect(), marks, ignored_m })
-    }
-}
-
-/// Where the two edges lie across the axis from the principal point, in px. What the correction for blur added belongs to both.
-fn across(found: &Diameter, centre: Place) -> ([f64; 2], [f64; 2]) {
-    let line: Vector2<f64> = found.ends[1] - found.ends[0];
-    let way = line / line.norm();
-    let at = |i: usize| (found.ends[i] - centre).dot(&way);
-    let wider = 0.5 * (found.width_px - line.norm());
-    let std = found.std_px / std::f64::consts::SQRT_2;
-    ([at(0) - wider, at(1) + wider], [std; 2])
 }

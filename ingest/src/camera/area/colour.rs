@@ -107,37 +107,35 @@ impl Colours {
         let mut painted: Vec<Vector3<f64>> =
             (0..all.len()).filter(|&i| is_inner(i)).map(|i| (over[i] - ones).component_mul(&useful)).collect();
         if painted.is_empty() {
-            painted = (0..all.len()).filter(|&i| !is_paper[i]).map(|i| (over[i] - ones).component_mul(&useful)).collect();
+            painted =
+                (0..all.len()).filter(|&i| !is_paper[i]).map(|i| (over[i] - ones).component_mul(&useful)).collect();
         }
         if painted.is_empty() {
             return Err(AreaRefusal::NoPaint);
         }
-        let middle = |of: &[Vector3<f64>]| Vector3::from_fn(|k, _| super::super::curve::median(of.iter().map(|v| v[k]).collect()));
-        found.paint = match named {
-            Some(paint) => {
-                let paper = found.at((0.0, 0.0));
-                let wanted = (Vector3::from(paint).component_div(&paper) - ones).component_mul(&useful);
-                let near: Vec<Vector3<f64>> =
-                    painted.iter().copied().filter(|v| beside(v, &wanted) < BESIDE * wanted.norm()).collect();
-                if near.is_empty() {
-                    return Err(AreaRefusal::NoPaint);
-                }
-                middle(&near)
+        let middle = |of: &[Vector3<f64>]| {
+            Vector3::from_fn(|k, _| super::super::curve::median(of.iter().map(|v| v[k]).collect()))
+        };
+        found.paint = if let Some(paint) = named {
+            let paper = found.at((0.0, 0.0));
+            let wanted = (Vector3::from(paint).component_div(&paper) - ones).component_mul(&useful);
+            painted.retain(|v| beside(v, &wanted) < BESIDE * wanted.norm());
+            if painted.is_empty() {
+                return Err(AreaRefusal::NoPaint);
             }
-            None => {
-                let paint = middle(&painted);
-                let others = painted.iter().filter(|v| beside(v, &paint) > BESIDE * paint.norm()).count();
-                let share = others as f64 / painted.len() as f64;
-                if share > OTHERS {
-                    return Err(AreaRefusal::Colours { share });
-                }
-                paint
+            middle(&painted)
+        } else {
+            let paint = middle(&painted);
+            let others = painted.iter().filter(|v| beside(v, &paint) > BESIDE * paint.norm()).count();
+            let share = others as f64 / painted.len() as f64;
+            if share > OTHERS {
+                return Err(AreaRefusal::Colours { share });
             }
+            paint
         };
         let square = found.paint.norm_squared();
         let papers = (0..all.len()).filter(|&i| is_paper[i]);
-        let mut shares: Vec<f64> =
-            papers.map(|i| ((over[i] - ones).dot(&found.paint) / square).abs()).collect();
+        let mut shares: Vec<f64> = papers.map(|i| ((over[i] - ones).dot(&found.paint) / square).abs()).collect();
         shares.retain(|s| s.is_finite());
         // From the median of absolute values to a standard deviation; mixtures at the rim do not count.
         found.std = 1.482_6 * super::super::curve::median(shares);

@@ -62,7 +62,9 @@ impl Field {
         let connectivity = if by_corners { Connectivity::Eight } else { Connectivity::Four };
         let labels = connected_components(&image, connectivity, Luma([0])).into_raw();
         let mut counts = vec![0; labels.iter().copied().max().unwrap_or(0) as usize + 1];
-        labels.iter().for_each(|label| counts[*label as usize] += 1);
+        for label in &labels {
+            counts[*label as usize] += 1;
+        }
         (labels, counts)
     }
 

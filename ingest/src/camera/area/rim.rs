@@ -106,7 +106,8 @@ impl Levels {
         let Some(inverse) = normal.try_inverse() else { return Some(mean) };
         let at = inverse * right;
         let weights: f64 = used.iter().map(|u| u.3).sum();
-        let squares: f64 = used.iter().map(|(dx, dy, l, w)| w * (at.dot(&Vector3::new(1.0, *dx, *dy)) - l).powi(2)).sum();
+        let squares: f64 =
+            used.iter().map(|(dx, dy, l, w)| w * (at.dot(&Vector3::new(1.0, *dx, *dy)) - l).powi(2)).sum();
         // Blocks stray about the plane; a plane through one-sided blocks knows less at their end.
         let scatter = (squares / weights * used.len() as f64 / (used.len() - 3) as f64).sqrt();
         let lever = (inverse[(0, 0)] * weights).max(1.0).sqrt();
@@ -150,11 +151,15 @@ pub(super) fn measured(
     let is_rim = |i: usize| {
         let (x, y) = (i % w, i / w);
         let other = |k: usize| mask[k] != mask[i];
-        (x > 0 && other(i - 1)) || (x + 1 < w && other(i + 1)) || (y > 0 && other(i - w)) || (y + 1 < field.height && other(i + w))
+        (x > 0 && other(i - 1))
+            || (x + 1 < w && other(i + 1))
+            || (y > 0 && other(i - w))
+            || (y + 1 < field.height && other(i + w))
     };
     // The length of the rim: sides of pixels, which lie on it in steps, and so are longer than it by 4/π in the mean.
     let sides = |i: usize| {
-        usize::from(i % w + 1 < w && mask[i] != mask[i + 1]) + usize::from(i / w + 1 < field.height && mask[i] != mask[i + w])
+        usize::from(i % w + 1 < w && mask[i] != mask[i + 1])
+            + usize::from(i / w + 1 < field.height && mask[i] != mask[i + w])
     };
     let rim_px = (0..mask.len()).map(sides).sum::<usize>() as f64 * std::f64::consts::FRAC_PI_4;
     let share = |i: usize| f64::from(field.shares[i]);
@@ -252,7 +257,11 @@ pub(super) fn measured(
         area_px2,
         std_px2,
         parts,
-        holes: if sought.fill_holes { (0.0, 0) } else { holes(field, &labels, &is_large, &paint, &paper, reach, inside.across) },
+        holes: if sought.fill_holes {
+            (0.0, 0)
+        } else {
+            holes(field, &labels, &is_large, &paint, &paper, reach, inside.across)
+        },
         specks,
         rim_px,
         blur_px,

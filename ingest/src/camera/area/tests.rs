@@ -105,7 +105,8 @@ fn areas_and_holes_are_those_of_the_shapes_and_their_intervals_hold() {
     for seed in 0..24 {
         let mean = uniform(70.0, 130.0);
         let middle = (uniform(225.0, 255.0), uniform(170.0, 190.0));
-        let mut holes = vec![(middle.0 - 0.3 * mean, middle.1 + 3.0, 0.16 * mean), (middle.0 + 0.35 * mean, middle.1 - 9.3, 7.0)];
+        let mut holes =
+            vec![(middle.0 - 0.3 * mean, middle.1 + 3.0, 0.16 * mean), (middle.0 + 0.35 * mean, middle.1 - 9.3, 7.0)];
         holes.truncate(usize::try_from(seed % 3).unwrap());
         let shape = Shape { middle, mean, wave: uniform(0.0, 0.15), times: 5.0, holes };
         let paint = [[150.0, 40.0, 38.0], [40.0, 60.0, 150.0], [45.0, 42.0, 40.0]][usize::try_from(seed % 3).unwrap()];
@@ -124,7 +125,12 @@ fn areas_and_holes_are_those_of_the_shapes_and_their_intervals_hold() {
         held += usize::from(error.abs() < 1.96 * found.std_px2);
         of += 1;
         assert_eq!(found.holes.1, shape.holes.len(), "{seed}: {found:?}");
-        assert!((found.holes.0 - shape.hole_px2()).abs() < 0.05 * shape.hole_px2() + 3.0, "{seed} {:?} {}", found.holes, shape.hole_px2());
+        assert!(
+            (found.holes.0 - shape.hole_px2()).abs() < 0.05 * shape.hole_px2() + 3.0,
+            "{seed} {:?} {}",
+            found.holes,
+            shape.hole_px2()
+        );
         println!("{seed} {truth:.0} {error:.1} {:.1} {:.4} %", found.std_px2, 100.0 * error / truth);
     }
     assert!(worst < 0.005, "{worst}");

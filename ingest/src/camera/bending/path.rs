@@ -5,7 +5,7 @@
 //! ```
 //!
 //! A degree of 1 is an arc of constant curvature. Beyond the part that was seen the curvature stays as it is at its end. Unknown are o,
-//! the shift across the beginning, and the a_k; they are found by Gauss and Newton's steps from how far points lie beside the curve.
+//! the shift across the beginning, and the `a_k`; they are found by Gauss and Newton's steps from how far points lie beside the curve.
 
 use nalgebra::{DMatrix, DVector, Vector2};
 
@@ -36,7 +36,9 @@ pub(super) struct Path {
     /// The tangent's polynomial.
     pub angles: Vec<f64>,
     /// Of o and the angles.
-    pub covariance: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+    /// The same of points that stray by one px each.
+    per_point: DMatrix<f64>,
     /// Standard deviation of the points about it, in px.
     pub left: f64,
     /// By how much neighbouring points stray together.
@@ -73,6 +75,7 @@ impl Path {
             length,
             angles,
             covariance: DMatrix::zeros(unknowns, unknowns),
+            per_point: DMatrix::zeros(unknowns, unknowns),
             left: 0.0,
             together: 1.0,
             squares: (0.0, 0),
@@ -107,6 +110,11 @@ impl Path {
     /// The length of the part that was seen, in px.
     pub fn length(&self) -> f64 {
         self.length
+    }
+
+    /// Of the tangent's polynomial.
+    pub fn degree(&self) -> usize {
+        self.angles.len() - 1
     }
 
     /// 1, u, u², ... at a place of the curve, and on as a straight line beyond what was seen.
@@ -220,7 +228,9 @@ impl Path {
             let (ta, tm, tb) = (at(a), at(middle), at(b));
             let place = (tangent(ta) + tangent(tm) * 4.0 + tangent(tb)) * ((b - a) / 6.0);
             let of = |k: usize| {
-                let sum = normal(ta) * self.basis(a, k) + normal(tm) * (4.0 * self.basis(middle, k)) + normal(tb) * self.basis(b, k);
+                let sum = normal(ta) * self.basis(a, k)
+                    + normal(tm) * (4.0 * self.basis(middle, k))
+                    + normal(tb) * self.basis(b, k);
                 sum * ((b - a) / 6.0)
             };
             (place, (0..degree).map(of).collect::<Vec<_>>())
@@ -241,6 +251,23 @@ impl Path {
 
     /// The curve of a degree through points, each with where on this curve it lies about. `None` if they are too few.
     pub fn fitted(&self, points: &[(f64, Place)], degree: usize) -> Option<Self> {
+        self.fitted_within(points, degree, FAR_STDS)
+    }
+
+    /// The same where none of the points may be left out.
+    pub fn fitted_to_all(&self, points: &[(f64, Place)], degree: usize) -> Option<Self> {
+        self.fitted_within(points, degree, f64::INFINITY)
+    }
+
+    /// The same curve where its points are known no better than so many px.
+    pub fn known_to(mut self, least_px: f64) -> Self {
+        if self.left < least_px {
+            self.covariance = &self.per_point * (least_px * least_px);
+        }
+        self
+    }
+
+    fn fitted_within(&self, points: &[(f64, Place)], degree: usize, far_stds: f64) -> Option<Self> {
         let mut angles = self.angles.clone();
         angles.resize(degree + 1, 0.0);
         if degree + 1 < self.angles.len() {
@@ -277,9 +304,11 @@ impl Path {
             path.squares = (squares, chosen.len());
             path.left = if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 };
             path.together = together(&of_used);
-            let far = FAR_STDS * 1.482_6 * crate::camera::curve::median(of_used.iter().map(|r| r.abs()).collect()) + 1e-6;
+            let usual = 1.482_6 * crate::camera::curve::median(of_used.iter().map(|r| r.abs()).collect());
+            let far = far_stds * (usual + 1e-6);
             let next: Vec<bool> = left.iter().map(|r| freedom == 0 || r.abs() <= far).collect();
-            let is_settled = step.iter().skip(1).map(|d| d.abs() * self.length).fold(step[0].abs(), f64::max) < SETTLED_PX;
+            let is_settled =
+                step.iter().skip(1).map(|d| d.abs() * self.length).fold(step[0].abs(), f64::max) < SETTLED_PX;
             if is_settled && next == used && round > 0 {
                 break;
             }
@@ -288,7 +317,8 @@ impl Path {
                 used = next;
             }
         }
-        path.covariance = last * (path.left * path.left * path.together);
+        path.covariance = &last * (path.left * path.left * path.together);
+        path.per_point = last;
         let sound = path.angles.iter().all(|a| a.is_finite()) && path.start.iter().all(|v| v.is_finite());
         sound.then_some(path)
     }
@@ -336,7 +366,8 @@ mod tests {
         for angles in [vec![0.3, 0.9], vec![0.3, 0.9, 0.4]] {
             let truth = Path::new(Place::new(50.0, 80.0), 400.0, angles.clone());
             // A quarter of a turn and more; beside it by nothing.
-            let points: Vec<(f64, Place)> = (0..=200).map(|i| (2.0 * f64::from(i), truth.at(2.0 * f64::from(i)))).collect();
+            let points: Vec<(f64, Place)> =
+                (0..=200).map(|i| (2.0 * f64::from(i), truth.at(2.0 * f64::from(i)))).collect();
             let polygon: Vec<Place> = points.iter().step_by(20).map(|p| p.1).collect();
             let start = Path::of_polygon(&polygon, DEGREE_MAX).unwrap();
             let found = start.fitted(&points, angles.len() - 1).unwrap();

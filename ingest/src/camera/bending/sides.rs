@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::path::Path;
-use crate::camera::curve::{Curve, median};
+use crate::camera::curve::{Curve, DEGREE_MAX as CURVE_DEGREE_MAX, median};
 use crate::camera::diameter::EdgeUse;
 use crate::camera::edge::{Blur, Edge};
 use crate::camera::picture::{Picture, Place};
@@ -26,6 +26,17 @@ const END_STEP: f32 = 0.5;
 const END_SHARE: f64 = 0.55;
 const END_DEGREE: usize = 4;
 const END_ROUNDS: usize = 4;
+
+/// A side is wavy where it strays so many times as much as the other, and so many px.
+const WAVY: f64 = 3.0;
+const WAVY_PX: f64 = 0.3;
+
+/// The width between waves is told by this share of all widths, the smallest ones, without the very smallest.
+const BETWEEN: (f64, f64) = (0.02, 0.3);
+
+/// Shoulders of a mount are looked for on so many lines to each side, from and to so many halves of the width.
+const SHOULDER_LINES: usize = 10;
+const SHOULDER: (f64, f64) = (1.25, 1.6);
 
 /// Half the width over the radius of an end that is flat, and of one that is round.
 const ROUND: (f64, f64) = (0.25, 0.75);
@@ -70,29 +81,41 @@ fn tangent(angle: f64) -> Vector2<f64> {
 }
 
 impl Looked<'_> {
-    /// Brightness along a straight line, px by px; `None` where it leaves the picture.
+    /// Brightness along a straight line, px by px, as far as the picture goes; `None` where it does not begin in it.
     fn line(&self, from: Place, way: Vector2<f64>, length: usize) -> Option<Vec<f32>> {
         let (w, h) = (self.picture.width() as f64 - 1.0, self.picture.height() as f64 - 1.0);
         let inside = |p: Place| p.x >= 0.0 && p.y >= 0.0 && p.x <= w && p.y <= h;
-        let to = from + way * (length as f64 - 1.0);
         // Brightness is held in single precision.
         #[allow(clippy::cast_possible_truncation)]
-        let at = |i: usize| self.picture.between(from + way * i as f64) as f32;
-        (inside(from) && inside(to)).then(|| (0..length).map(at).collect())
+        let at = |place: Place| self.picture.between(place) as f32;
+        let places = (0..length).map(|i| from + way * i as f64).take_while(|place| inside(*place));
+        inside(from).then(|| places.map(at).collect())
     }
 
     /// The edge on a line outwards, first the steepest place of the right sense within a window, then a fit there.
-    fn edge(&self, from: Place, way: Vector2<f64>, guess: f64, reach: f64, with_blur: bool) -> Option<(f64, Edge, bool)> {
+    fn edge(
+        &self,
+        from: Place,
+        way: Vector2<f64>,
+        guess: f64,
+        reach: f64,
+        with_blur: bool,
+    ) -> Option<(f64, Edge, bool)> {
         let side = Blur::reach_px(self.blur_px);
         let start = guess - reach - side;
         // Windows are some dozen px.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let length = (2.0 * (reach + side)).clamp(4.0, 4096.0) as usize + 1;
         let line = self.line(from + way * start, way, length)?;
+        let length = line.len();
         let mut at = guess - start;
+        if length < 8 {
+            return None;
+        }
         if reach > 0.75 {
             // Outwards a dark finger ends where it becomes brighter.
-            let rises = |i: usize| (line[i + 4] + line[i + 3] - line[i] - line[i + 1]) * if self.is_dark { 1.0 } else { -1.0 };
+            let rises =
+                |i: usize| (line[i + 4] + line[i + 3] - line[i] - line[i + 1]) * if self.is_dark { 1.0 } else { -1.0 };
             let near = |i: &usize| (*i as f64 + 2.0 - at).abs() <= reach;
             let top = (0..length - 4).filter(near).max_by(|a, b| rises(*a).total_cmp(&rises(*b)))?;
             if rises(top) <= 0.0 {
@@ -115,11 +138,19 @@ impl Looked<'_> {
 
     /// Edges at stations from one place of the centreline to another. `before`: those of an earlier look; else they are looked for about
     /// half the width, within a reach.
-    pub fn sides(&mut self, path: &Path, (from, to): (f64, f64), half_px: f64, reach: f64, before: Option<&Sides>) -> Sides {
+    pub fn sides(
+        &mut self,
+        path: &Path,
+        (from, to): (f64, f64),
+        half_px: f64,
+        reach: f64,
+        before: Option<&Sides>,
+    ) -> Sides {
         // Some hundred.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let count = ((to - from) / STATION_PX).max(1.0) as usize + 1;
-        let stations: Vec<f64> = (0..count).map(|i| from + (to - from) * i as f64 / (count - 1).max(1) as f64).collect();
+        let stations: Vec<f64> =
+            (0..count).map(|i| from + (to - from) * i as f64 / (count - 1).max(1) as f64).collect();
         let mut found = Sides { edges: [vec![f64::NAN; count], vec![f64::NAN; count]], ..Sides::default() };
         let guesses = before.map(|before| before.guesses(&stations));
         let (mut wider, mut weights, mut clipped, mut seen) = (0.0, 0.0, 0.0, 0.0);
@@ -194,6 +225,32 @@ impl Looked<'_> {
     }
 }
 
+impl Looked<'_> {
+    /// Where a finger leaves a mount that is wider: the shoulders on both sides, and how well that is known, in px.
+    pub fn shoulders(&self, path: &Path, near: f64, half_px: f64, reach: f64) -> Option<(f64, f64)> {
+        let back = reach + half_px;
+        let (middle, way) = (path.at(near), tangent(path.angle(near)));
+        let across = Vector2::new(-way.y, way.x);
+        let mut points = Vec::new();
+        let mut sides = [0; 2];
+        for k in 0..SHOULDER_LINES {
+            let o = half_px * (SHOULDER.0 + (SHOULDER.1 - SHOULDER.0) * k as f64 / (SHOULDER_LINES - 1) as f64);
+            for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                let from = middle + across * (sign * o) - way * back;
+                if let Some((a, ..)) = self.edge(from, way, back, reach, false) {
+                    points.push((sign * o, a - back));
+                    sides[side] += 1;
+                }
+            }
+        }
+        if sides.iter().any(|n| 2 * n < SHOULDER_LINES) {
+            return None;
+        }
+        let curve = Curve::fit(&points, (-SHOULDER.1 * half_px, SHOULDER.1 * half_px), 1)?;
+        Some((path.nearest(middle + way * curve.at(0.0), near + curve.at(0.0)), curve.std_at(0.0)))
+    }
+}
+
 impl Sides {
     /// Where edges are to be expected at other stations: the middle of those around.
     fn guesses(&self, stations: &[f64]) -> [Vec<f64>; 2] {
@@ -209,13 +266,35 @@ impl Sides {
         })
     }
 
-    /// The middles between two edges, each with its station.
+    /// Whether one side is so much rougher than the other that the other alone tells how the finger bends: which one is smooth.
+    pub fn smooth_side(&self) -> Option<usize> {
+        let rough = |side: &Vec<f64>| {
+            let points: Vec<(f64, f64)> = self.stations.iter().copied().zip(side.iter().copied()).collect();
+            let range = (*self.stations.first()?, *self.stations.last()?);
+            Some(Curve::fit(&points, range, CURVE_DEGREE_MAX)?.left)
+        };
+        let (a, b) = (rough(&self.edges[0])?, rough(&self.edges[1])?);
+        match (a > WAVY * b && a > WAVY_PX, b > WAVY * a && b > WAVY_PX) {
+            (true, _) => Some(1),
+            (_, true) => Some(0),
+            _ => None,
+        }
+    }
+
+    /// The middles between two edges, each with its station; of a finger that is wavy on one side, half of the width between the waves from
+    /// the smooth side.
     pub fn middles(&self, path: &Path) -> Vec<(f64, Place)> {
+        let (smooth, half) = (self.smooth_side(), self.half_px());
         let both = self.stations.iter().zip(self.edges[0].iter().zip(&self.edges[1]));
         both.filter(|(_, (a, b))| a.is_finite() && b.is_finite())
             .map(|(s, (a, b))| {
+                let beside = match smooth {
+                    None => 0.5 * (a - b),
+                    Some(0) => a - half,
+                    Some(_) => half - b,
+                };
                 let angle = path.angle(*s);
-                (*s, path.at(*s) + Vector2::new(-angle.sin(), angle.cos()) * (0.5 * (a - b)))
+                (*s, path.at(*s) + Vector2::new(-angle.sin(), angle.cos()) * beside)
             })
             .collect()
     }
@@ -236,10 +315,19 @@ impl Sides {
         all
     }
 
-    /// Half the width where both edges are, in the middle of all.
+    /// Half the width where both edges are: in the middle of all, or, of a finger that is wavy on one side, between the waves.
     pub fn half_px(&self) -> f64 {
         let both = self.edges[0].iter().zip(&self.edges[1]).map(|(a, b)| 0.5 * (a + b));
-        median(both.filter(|v| v.is_finite()).collect())
+        let mut all: Vec<f64> = both.filter(|v| v.is_finite()).collect();
+        if self.smooth_side().is_none() || all.is_empty() {
+            return median(all);
+        }
+        all.sort_by(f64::total_cmp);
+        // A trough is a parabola, or flat, or sharp: so are sorted widths over their ranks.
+        let count = all.len() as f64;
+        let ranked = all.iter().enumerate().map(|(i, half)| ((i as f64 + 0.5) / count, *half));
+        let lowest: Vec<(f64, f64)> = ranked.filter(|(rank, _)| (BETWEEN.0..=BETWEEN.1).contains(rank)).collect();
+        Curve::fit(&lowest, (0.0, BETWEEN.1), 2).map_or(all[0], |curve| curve.at(0.0))
     }
 }
 

@@ -4,6 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::{BendingRefusal, SoughtBending};
+use crate::camera::curve::median;
 use crate::camera::picture::{Picture, Place};
 use crate::camera::silhouette::grid::{Grid, depths, parts, without_holes};
 use crate::camera::silhouette::mask;
@@ -23,6 +24,9 @@ const GREATEST_HOLE: f64 = 0.7;
 /// A finger is so many times as long as wide.
 const LONG: f64 = 2.0;
 
+/// What is so many times as wide as the finger, before it begins, is its mount.
+const MOUNT: f64 = 1.4;
+
 /// Costs of a step along and across, as integers: their ratio is √2 within a hundredth.
 const ALONG: u32 = 5;
 const ACROSS: u32 = 7;
@@ -36,8 +40,10 @@ pub(super) struct Strip {
     pub step: f64,
     /// Half its width, in px.
     pub half_px: f64,
-    /// The middle of its parts, from the root to the tip, without those at the ends.
+    /// The middle of its parts, from the root to the tip, without those at the ends and those of a mount.
     pub middles: Vec<Place>,
+    /// Where a mount ends that is wider than the finger.
+    pub mount: Option<Place>,
 }
 
 /// Finds the finger.
@@ -60,7 +66,9 @@ pub(super) fn strip(picture: &Picture, sought: &SoughtBending) -> Result<Strip, 
     }
     // The finger is the part with the most places; a frame of the picture, or a table, is deeper than long.
     let mut sizes = vec![0_usize; count as usize + 1];
-    labels.iter().for_each(|label| sizes[*label as usize] += 1);
+    for label in &labels {
+        sizes[*label as usize] += 1;
+    }
     let part = (1..sizes.len()).max_by_key(|&l| sizes[l]).ok_or(BendingRefusal::NoBody)?;
     let radius = deepest[part].0;
     if radius < RADIUS_MIN {
@@ -108,7 +116,7 @@ pub(super) fn strip(picture: &Picture, sought: &SoughtBending) -> Result<Strip, 
     };
     let way = ways(&grid, &is_part, &from);
     let (tip, length) = farthest(&way);
-    if at_border.iter().any(|&i| apart(i, tip) < 2.0 * wide) && sought.root.is_some() {
+    if at_border.iter().any(|&i| apart(i, tip) < wide) && sought.root.is_some() {
         return Err(BendingRefusal::TwoExits);
     }
     if f64::from(length) / f64::from(ALONG) < LONG * 2.0 * radius {
@@ -127,16 +135,22 @@ pub(super) fn strip(picture: &Picture, sought: &SoughtBending) -> Result<Strip, 
         sums[bin].0 += place(i);
         sums[bin].1 += 1.0;
     }
-    let inner = sums.iter().skip(1).take(bins.saturating_sub(2)).filter(|s| s.1 > 0.0);
-    let middles: Vec<Place> = inner.map(|(sum, n)| sum / *n).collect();
+    let inner: Vec<(Place, f64)> =
+        sums[1..bins.max(1)].iter().filter(|s| s.1 > 0.0).map(|(sum, n)| (sum / *n, *n)).collect();
+    // Parts are equally long: what they hold tells how wide they are.
+    let usual = median(inner[inner.len() / 2..].iter().map(|part| part.1).collect());
+    let of_mount = inner.iter().take_while(|part| part.1 > MOUNT * usual).count();
+    // The last part of a mount may be half of the finger.
+    let of_finger = if of_mount > 0 { &inner[(of_mount + 1).min(inner.len())..] } else { &inner[..] };
+    let mount = (of_mount > 0 && of_mount + 1 < inner.len()).then(|| (inner[of_mount - 1].0 + inner[of_mount].0) * 0.5);
+    let middles: Vec<Place> = of_finger.iter().map(|part| part.0).collect();
     if middles.len() < 4 {
         return Err(BendingRefusal::Short);
     }
-    // The width by what the parts hold.
-    let cells: f64 = sums.iter().skip(1).take(bins.saturating_sub(2)).map(|s| s.1).sum();
+    let cells: f64 = of_finger.iter().map(|part| part.1).sum();
     let along = middles.windows(2).map(|p| (p[1] - p[0]).norm()).sum::<f64>() / (middles.len() - 1) as f64;
     let half_px = 0.5 * cells / middles.len() as f64 * (step * step) as f64 / along;
-    Ok(Strip { is_dark, step: step as f64, half_px, middles })
+    Ok(Strip { is_dark, step: step as f64, half_px, middles, mount })
 }
 
 /// The shortest way within a part from some of its places to every other, in units of [`ALONG`] a step.

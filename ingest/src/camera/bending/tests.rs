@@ -85,14 +85,15 @@ impl Finger {
             let i = nearest(place, &range);
             let (s, at, angle) = line[i];
             let apart = place - at;
-            let (along, across) = (apart.dot(&direction(angle)), apart.dot(&direction(angle + std::f64::consts::FRAC_PI_2)));
+            let (along, across) =
+                (apart.dot(&direction(angle)), apart.dot(&direction(angle + std::f64::consts::FRAC_PI_2)));
             let end = i + 1 == line.len();
             if i == 0 && along < -0.2 {
                 // Above the picture.
                 return across.abs() < self.half;
             }
             // Waves on one side.
-            let wave = if across > 0.0 { self.wave * (s / 6.0).cos() } else { 0.0 };
+            let wave = if across > 0.0 { 0.5 * self.wave * (1.0 + (s / 6.0).cos()) } else { 0.0 };
             if end { along.max(0.0).hypot(across) < self.half } else { across.abs() < self.half + wave }
         };
         let part = shares(SIZE, &is_in, self.blur);
@@ -119,7 +120,7 @@ fn angles_and_tips_are_those_of_the_fingers_and_their_intervals_hold() {
     let mut generator = Pcg64Mcg::new(11);
     let mut uniform = |from: f64, to: f64| from + (to - from) * f64::from(generator.next_u32()) / f64::from(u32::MAX);
     let (mut angles, mut tips, mut held) = (vec![], vec![], [0, 0]);
-    for seed in 0..20 {
+    for seed in 0..12 {
         let length = uniform(260.0, 360.0);
         let turn: f64 = uniform(-150.0, 150.0);
         let turn = turn.to_radians();
@@ -140,26 +141,15 @@ fn angles_and_tips_are_those_of_the_fingers_and_their_intervals_hold() {
         let (true_tip, turn) = finger.tip();
         let angle = (found.angle_rad - turn).to_degrees();
         let tip = (found.tip - true_tip).norm();
-        println!(
-            "{seed} turn {:.1} angle {angle:.3} ± {:.3} tip {tip:.3} ± {:.3} {:.3} degree {} blur {:.2}/{:.2} left {:?}",
-            turn.to_degrees(),
-            found.angle_std_rad.to_degrees(),
-            found.tip_std_px[0],
-            found.tip_std_px[1],
-            found.degree,
-            found.blur_px,
-            finger.blur,
-            found.flags,
-        );
         held[0] += usize::from(angle.abs() < 1.96 * found.angle_std_rad.to_degrees());
         held[1] += usize::from(tip < 2.45 * found.tip_std_px[0].max(found.tip_std_px[1]));
         angles.push(angle.abs());
         tips.push(tip);
     }
     let worst = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
-    // Of 20, each holds with a chance of 0.95: fewer than 16 have one of 400.
+    // Of 12, each holds with a chance of 0.95: fewer than 9 have one of 500.
     assert!(worst(&angles) < 0.15 && worst(&tips) < 0.2, "{angles:?} {tips:?}");
-    assert!(held.iter().all(|h| *h >= 16), "{held:?}");
+    assert!(held.iter().all(|h| *h >= 9), "{held:?}");
 }
 
 #[test]
@@ -172,7 +162,12 @@ fn an_arc_has_its_curvature_everywhere_and_a_clothoid_strays_from_any() {
     for at in &found.curvature {
         assert!((at.per_px - bend).abs() < 4.0 * at.std_per_px.max(1e-6), "{at:?}");
     }
-    assert!((found.length_px.0 - 363.0).abs() < 0.3 && (found.heading_rad - arc.heading).abs() < 2e-3, "{:?} {}", found.length_px, found.heading_rad);
+    assert!(
+        (found.length_px.0 - 363.0).abs() < 0.3 && (found.heading_rad - arc.heading).abs() < 2e-3,
+        "{:?} {}",
+        found.length_px,
+        found.heading_rad
+    );
     // The middle of a curve whose curvature goes from b(1 - k) to b(1 + k) lies beside its best arc; here by some px.
     let clothoid = Finger { bend: (0.4 * bend, 1.6 * bend), ..arc };
     let found = plain(&clothoid.picture(), SoughtBending::default()).unwrap();
@@ -188,24 +183,37 @@ fn bright_wavy_named_and_headed_fingers_are_measured_too() {
     let (tip, turn) = plainly.tip();
     let bright = Finger { levels: (60.0, 190.0), ..plainly };
     let found = plain(&bright.picture(), SoughtBending::default()).unwrap();
-    assert!((found.tip - tip).norm() < 0.2 && (found.angle_rad - turn).abs().to_degrees() < 0.1, "{} {turn}", found.angle_rad);
+    assert!(
+        (found.tip - tip).norm() < 0.2 && (found.angle_rad - turn).abs().to_degrees() < 0.1,
+        "{} {turn}",
+        found.angle_rad
+    );
     // Where the root is named, the angle counts from there; with a heading, from that.
     let root = plainly.line()[320].1;
     let heading_rad = Some(std::f64::consts::FRAC_PI_2);
     let sought = SoughtBending { root: Some(root), heading_rad, ..SoughtBending::default() };
     let found = plain(&plainly.picture(), sought).unwrap();
-    assert!((found.angle_rad - turn).abs().to_degrees() < 0.1 && (found.root - root).norm() < 0.3, "{} {turn} {}", found.angle_rad, found.root);
+    assert!(
+        (found.angle_rad - turn).abs().to_degrees() < 0.1 && (found.root - root).norm() < 0.3,
+        "{} {turn} {}",
+        found.angle_rad,
+        found.root
+    );
     let from_root = plain(&plainly.picture(), SoughtBending { heading_rad: None, ..sought }).unwrap();
     assert!((from_root.angle_rad - turn + 80.0 * bend).abs().to_degrees() < 0.1, "{}", from_root.angle_rad);
-    // Waves on one side move the middle; the angle stays within what they leave open.
+    // Waves on one side leave the other as it is.
     let wavy = Finger { wave: 4.0, ..plainly };
     let found = plain(&wavy.picture(), SoughtBending::default()).unwrap();
-    assert!((found.angle_rad - turn).abs().to_degrees() < 1.5, "{} {turn}", found.angle_rad);
-    assert!((found.angle_rad - turn).abs() < 3.0 * found.angle_std_rad && found.angle_std_rad > 5e-4, "{}", found.angle_std_rad);
-    assert!(found.flags.iter().any(|flag| matches!(flag, BendingFlag::Wavy(_))), "{:?}", found.flags);
+    assert!((found.angle_rad - turn).abs().to_degrees() < 0.1, "{} {turn}", found.angle_rad);
+    assert!(found.flags.contains(&BendingFlag::OneSide), "{:?}", found.flags);
     // Twice as large where a lens says so: the angle is the same.
     let twice = bending(&plainly.picture(), SoughtBending::default(), &|place| Some(2.0 * place)).unwrap();
-    assert!((twice.angle_rad - turn).abs().to_degrees() < 0.1 && (twice.tip - 2.0 * tip).norm() < 0.5, "{} {}", twice.angle_rad, twice.tip);
+    assert!(
+        (twice.angle_rad - turn).abs().to_degrees() < 0.1 && (twice.tip - 2.0 * tip).norm() < 0.5,
+        "{} {}",
+        twice.angle_rad,
+        twice.tip
+    );
     assert!(matches!(bending(&plainly.picture(), SoughtBending::default(), &|_| None), Err(BendingRefusal::Lens)));
 }
 
@@ -232,9 +240,16 @@ fn what_cannot_be_measured_is_refused_with_its_reason() {
     let long = Finger { x: 320.0, length: 600.0, bend: (0.0, 0.0), ..Finger::default() };
     assert!(refused(&long.picture(), SoughtBending::default()).contains("both ends"));
     // A ring.
-    let turn = 1.06 * std::f64::consts::TAU / 520.0;
-    let ring = Finger { x: 420.0, length: 520.0, bend: (turn, turn), half: 20.0, ..Finger::default() };
-    let why = refused(&ring.picture(), SoughtBending::default());
+    let straight = Finger { length: 150.0, bend: (0.0, 0.0), half: 20.0, ..Finger::default() };
+    let mut ring = pixels(&straight.picture());
+    for (i, pixel) in ring.iter_mut().enumerate() {
+        let (x, y) = ((i % SIZE.0) as f64, (i / SIZE.0) as f64);
+        if ((x - 330.0).hypot(y - 240.0) - 80.0).abs() < 20.0 {
+            *pixel = 50;
+        }
+    }
+    let ring = Picture::new(SIZE.0, SIZE.1, Pixels::Gray8(ring)).unwrap();
+    let why = refused(&ring, SoughtBending::default());
     assert!(why.contains("ring"), "{why}");
     // A dot is no finger.
     let dot = Finger { length: 20.0, bend: (0.0, 0.0), ..Finger::default() };

@@ -32,11 +32,15 @@ pub(super) fn common(points: &[Vec<(f64, f64)>; 2]) -> Option<(f64, f64)> {
 
 /// The part about the widest place where the body is nearly as wide.
 pub(super) fn wide_part(curves: &[Curve; 2]) -> (f64, f64) {
-    let (from, to) = curves[0].range();
+    part_above(curves, curves[0].range(), WIDE_SHARE)
+}
+
+/// The part of a range about the widest place where the body is wider than a share of that.
+pub(super) fn part_above(curves: &[Curve; 2], (from, to): (f64, f64), share: f64) -> (f64, f64) {
     let at = |i: usize| from + (to - from) * i as f64 / PLACES as f64;
     let widths: Vec<f64> = (0..=PLACES).map(|i| curves[1].at(at(i)) - curves[0].at(at(i))).collect();
     let top = (0..=PLACES).max_by(|a, b| widths[*a].total_cmp(&widths[*b])).unwrap_or(0);
-    let is_wide = |i: &usize| widths[*i] > WIDE_SHARE * widths[top];
+    let is_wide = |i: &usize| widths[*i] > share * widths[top];
     let first = (0..=top).rev().take_while(is_wide).last().unwrap_or(top);
     let last = (top..=PLACES).take_while(is_wide).last().unwrap_or(top);
     (at(first), at(last))

@@ -11,6 +11,10 @@ const END_STEP: f32 = 0.5;
 /// An edge beside which so much of the line lies at an end of the brightness is saturated.
 const CLIPPED_SHARE: f64 = 0.6;
 
+/// A guess is good within this share of the blur; there are so many at most.
+const GOOD_BLURS: f64 = 0.4;
+const STEPS_MAX: usize = 5;
+
 /// The picture as rows across the axis.
 pub(super) struct Rows<'a> {
     picture: &'a Picture,
@@ -78,17 +82,26 @@ impl<'a> Seeker<'a> {
         Self { rows, blur: Blur::new(), kernels: Kernels::default(), line: Vec::new() }
     }
 
-    /// The edge of a row one step from a place, of an outline that goes over so many px a row there.
+    /// The edge of a row near a place, of an outline that goes over so many px a row there: one step away, or some where the outline was not
+    /// that good a guess.
     pub fn near(&mut self, row: usize, guess: f64, slope: f64, blur_px: f64) -> Option<Found> {
         let seen_px = blur_px * slope.mul_add(slope, 1.0).sqrt();
-        let window = Kernels::window(guess, seen_px)?;
-        if window.from + window.length > self.rows.length() {
-            return None;
+        let mut guess = guess;
+        for step in 1.. {
+            let window = Kernels::window(guess, seen_px)?;
+            if window.from + window.length > self.rows.length() {
+                return None;
+            }
+            self.line.resize(window.length, 0.0);
+            self.rows.read(row, window.from, &mut self.line);
+            let edge = self.kernels.edge(&self.blur, window, &self.line)?;
+            let at = window.from as f64 + edge.at;
+            if (at - guess).abs() < GOOD_BLURS * seen_px || step == STEPS_MAX {
+                return Some(self.found(row, window.from, edge));
+            }
+            guess = at;
         }
-        self.line.resize(window.length, 0.0);
-        self.rows.read(row, window.from, &mut self.line);
-        let edge = self.kernels.edge(&self.blur, window, &self.line)?;
-        Some(self.found(row, window.from, edge))
+        None
     }
 
     /// The edge of a row near a place, and by how much its blur should be wider, after so many steps.

@@ -3,11 +3,15 @@
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::camera::area::SoughtArea;
+use crate::camera::bending::SoughtBending;
+use crate::camera::bending::markers::{COUNT, SoughtMarkers, has_chroma};
 use crate::camera::lens::Lens;
 use crate::camera::picture::Place;
 use crate::camera::scale::{Length, Scale};
 use crate::camera::silhouette::{Axis, Sought};
-use crate::camera::task::{Setup, Task};
+use crate::camera::task::{Sense, Setup, Task, What};
+use crate::camera::tone::Tone;
 use crate::document::{Amount, Document, finite, parse_unit};
 use crate::error::{IngestError, shown};
 use crate::formats::pictures::PictureOptions;
@@ -25,6 +29,14 @@ pub(in crate::manifest) struct RawCamera {
     axis: Option<RawAxis>,
     body: Option<RawBody>,
     region: Option<Spanned<[usize; 4]>>,
+    tone: Option<RawTone>,
+    root: Option<Spanned<[f64; 2]>>,
+    heading: Option<Amount>,
+    markers: Option<RawMarkers>,
+    sense: Option<RawSense>,
+    paint: Option<Spanned<[f64; 3]>>,
+    specks: Option<Spanned<f64>>,
+    holes: Option<RawHoles>,
     names: Option<Spanned<String>>,
     topic: Option<Spanned<String>>,
     fps: Option<Spanned<f64>>,
@@ -35,6 +47,40 @@ pub(in crate::manifest) struct RawCamera {
 #[serde(rename_all = "kebab-case")]
 enum Measure {
     Diameter,
+    Angle,
+    Area,
+}
+
+/// Which way a bend counts as positive.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum RawSense {
+    Clockwise,
+    Counterclockwise,
+}
+
+/// Whether what is not painted within counts.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum RawHoles {
+    Out,
+    In,
+}
+
+/// Markers along the centreline of a finger.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawMarkers {
+    colour: Spanned<[f64; 3]>,
+    count: Spanned<usize>,
+}
+
+/// How a camera stores light: a word, or an exponent.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum RawTone {
+    Word(Spanned<String>),
+    Gamma { gamma: Spanned<f64> },
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -107,20 +153,13 @@ impl RawCamera {
         let distance = self.distance.as_ref().map(|distance| distance.above_zero(document)).transpose()?;
         let offset_m = self.offset.as_ref().map(|offset| offset.signed(document)).transpose()?;
         let setup = Setup {
-            sought: Sought {
-                axis: self.axis.map(|axis| match axis {
-                    RawAxis::Vertical => Axis::Vertical,
-                    RawAxis::Horizontal => Axis::Horizontal,
-                }),
-                is_dark: self.body.map(|body| matches!(body, RawBody::Dark)),
-                region: self.region.as_ref().map(|region| *region.get_ref()),
-            },
             scale: scale.map(|(metre_per_px, std)| Scale { metre_per_px, std }),
             lens: self.lens.as_ref().map(|lens| lens.checked(document)).transpose()?,
             distance: distance.map(|(metre, std)| Length { metre, std }),
             offset_m,
+            tone: self.tone.as_ref().map(|tone| tone.checked(document)).transpose()?.unwrap_or_default(),
         };
-        let Measure::Diameter = self.measure.get_ref();
+        let what = self.what(document)?;
         let names = |text: &Spanned<String>| {
             Pattern::parse(text.get_ref()).map_err(|why| {
                 let expected = "names with numbers in braces: \"p{pressure:kPa}.png\"";
@@ -170,10 +209,149 @@ impl RawCamera {
         }
         Ok(PictureOptions {
             topic: self.topic.as_ref().map(|topic| topic.get_ref().clone()),
-            task: Some(Task::Diameter(setup)),
+            task: Some(Task { what, setup }),
             names: self.names.as_ref().map(names).transpose()?,
             film,
         })
+    }
+}
+
+impl RawCamera {
+    /// What is measured, and where.
+    fn what(&self, document: &Document) -> Result<What, IngestError> {
+        let measure = *self.measure.get_ref();
+        self.only_its_keys(document, measure)?;
+        let sought = Sought {
+            axis: self.axis.map(|axis| match axis {
+                RawAxis::Vertical => Axis::Vertical,
+                RawAxis::Horizontal => Axis::Horizontal,
+            }),
+            is_dark: self.body.map(|body| matches!(body, RawBody::Dark)),
+            region: self.region.as_ref().map(|region| *region.get_ref()),
+        };
+        Ok(match measure {
+            Measure::Diameter => What::Diameter(sought),
+            Measure::Angle => {
+                let root = self.root.as_ref().map(|root| {
+                    let [x, y] = *root.get_ref();
+                    let expected = "a place in px: x to the right, y down";
+                    let wrong = || document.malformed(root.span(), expected, format!("[{x}, {y}]"), "correct it");
+                    (x.is_finite() && y.is_finite()).then_some(Place::new(x, y)).ok_or_else(wrong)
+                });
+                let heading = self.heading.as_ref().map(|heading| heading.signed(document, Dimension::Angle));
+                let sense = match self.sense {
+                    Some(RawSense::Counterclockwise) => Sense::Counterclockwise,
+                    Some(RawSense::Clockwise) | None => Sense::Clockwise,
+                };
+                let (root, heading_rad) = (root.transpose()?, heading.transpose()?);
+                match &self.markers {
+                    None => What::Angle(SoughtBending { body: sought, root, heading_rad }, sense),
+                    Some(raw) => What::Markers(raw.checked(document, root, heading_rad, sought.region)?, sense),
+                }
+            }
+            Measure::Area => {
+                let usual = SoughtArea::default();
+                let within = |numbers: &[f64], most: f64| numbers.iter().all(|v| (0.0..=most).contains(v));
+                if let Some(paint) = self.paint.as_ref().filter(|paint| !within(paint.get_ref(), 255.0)) {
+                    let found = format!("{:?}", paint.get_ref());
+                    return Err(document.malformed(paint.span(), "red, green and blue, 0 to 255", found, "correct it"));
+                }
+                if let Some(specks) = self.specks.as_ref().filter(|specks| !within(&[*specks.get_ref()], 1e9)) {
+                    let found = specks.get_ref().to_string();
+                    return Err(document.malformed(specks.span(), "an area in px², >= 0", found, "correct it"));
+                }
+                What::Area(SoughtArea {
+                    region: sought.region,
+                    paint: self.paint.as_ref().map(|paint| *paint.get_ref()),
+                    least_px2: self.specks.as_ref().map_or(usual.least_px2, |specks| *specks.get_ref()),
+                    fill_holes: matches!(self.holes, Some(RawHoles::In)),
+                })
+            }
+        })
+    }
+
+    /// A key that says nothing of what is measured is a mistake.
+    fn only_its_keys(&self, document: &Document, measure: Measure) -> Result<(), IngestError> {
+        let of_angle = [
+            ("root", self.root.is_some()),
+            ("heading", self.heading.is_some()),
+            ("sense", self.sense.is_some()),
+            ("markers", self.markers.is_some()),
+        ];
+        let of_area =
+            [("paint", self.paint.is_some()), ("specks", self.specks.is_some()), ("holes", self.holes.is_some())];
+        let of_diameter = [("axis", self.axis.is_some())];
+        let of_body = [("body", self.body.is_some())];
+        let strange: Vec<(&str, bool)> = match measure {
+            Measure::Diameter => [&of_angle[..], &of_area].concat(),
+            // Markers are told by their colour, not by brightness.
+            Measure::Angle if self.markers.is_some() => [&of_area[..], &of_diameter, &of_body].concat(),
+            Measure::Angle => [&of_area[..], &of_diameter].concat(),
+            Measure::Area => [&of_angle[..], &of_diameter, &of_body].concat(),
+        };
+        match strange.iter().find(|(_, is)| *is) {
+            None => Ok(()),
+            Some((key, _)) => {
+                let word = measure.word();
+                Err(document.malformed(
+                    self.measure.span(),
+                    format!(
+                        "keys of measure = \"{word}\"{}",
+                        if self.markers.is_some() { " by `markers`" } else { "" }
+                    ),
+                    format!("`{key}`"),
+                    "remove it, or measure something else",
+                ))
+            }
+        }
+    }
+}
+
+impl Measure {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Diameter => "diameter",
+            Self::Angle => "angle",
+            Self::Area => "area",
+        }
+    }
+}
+
+impl RawMarkers {
+    fn checked(
+        &self,
+        document: &Document,
+        root: Option<Place>,
+        heading_rad: Option<f64>,
+        region: Option<[usize; 4]>,
+    ) -> Result<SoughtMarkers, IngestError> {
+        let (colour, count) = (*self.colour.get_ref(), *self.count.get_ref());
+        if !(colour.iter().all(|v| (0.0..=255.0).contains(v)) && has_chroma(colour)) {
+            let expected = "red, green and blue of the markers, 0 to 255, that differ: grey tells no marker";
+            return Err(document.malformed(self.colour.span(), expected, format!("{colour:?}"), "correct it"));
+        }
+        if !(COUNT.0..=COUNT.1).contains(&count) {
+            let expected = format!("{} to {} markers", COUNT.0, COUNT.1);
+            return Err(document.malformed(self.count.span(), expected, count.to_string(), "correct it"));
+        }
+        let root = root.ok_or_else(|| {
+            let expected = "`root` beside `markers`: the place of the first of them, in px";
+            document.malformed(self.colour.span(), expected, "none", "add it")
+        })?;
+        Ok(SoughtMarkers { colour, count, root, region, heading_rad })
+    }
+}
+
+impl RawTone {
+    fn checked(&self, document: &Document) -> Result<Tone, IngestError> {
+        let expected = "\"linear\", \"srgb\", or { gamma = 2.2 } with an exponent > 0";
+        let (tone, span, found) = match self {
+            Self::Word(word) if word.get_ref() == "linear" => return Ok(Tone::Linear),
+            Self::Word(word) if word.get_ref() == "srgb" => return Ok(Tone::Srgb),
+            Self::Word(word) => (None, word.span(), shown(word.get_ref())),
+            Self::Gamma { gamma } => (Some(Tone::Gamma(*gamma.get_ref())), gamma.span(), gamma.get_ref().to_string()),
+        };
+        tone.filter(|tone| tone.is_sound()).ok_or_else(|| document.malformed(span, expected, found, "correct it"))
     }
 }
 
