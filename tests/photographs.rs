@@ -93,6 +93,12 @@ fn overlays_lie_beside_the_pictures_and_never_among_them() {
     assert!(said.out.contains("diameter (mm)") && said.out.contains("1 of 1 pictures measured"), "{}", said.out);
     let drawn = image::open(folder.path().join("seen/a.png-measured.png")).unwrap().into_rgb8();
     assert_eq!(drawn.dimensions(), (640, 420));
+    // The largest of the profile's widths is the diameter; the rod below is three tenths of its end.
+    let profile = fs::read_to_string(folder.path().join("seen/a.png-profile.csv")).unwrap();
+    assert!(profile.starts_with("along (mm),width (mm),std (mm)\n"), "{profile}");
+    let widths: Vec<f64> = profile.lines().skip(1).map(|l| l.split(',').nth(1).unwrap().parse().unwrap()).collect();
+    let widest = widths.iter().copied().fold(0.0, f64::max);
+    assert!((widest - 40.089).abs() < 0.1 && widths.iter().all(|w| *w > 31.5) && widths.len() > 200, "{profile}");
     // The line of the width is green, from edge to edge.
     let green = drawn.enumerate_pixels().filter(|(_, _, p)| p.0 == [0x00, 0xb0, 0x73]).map(|(x, ..)| x);
     let (from, to) = green.fold((u32::MAX, 0), |(a, b), x| (a.min(x), b.max(x)));
@@ -116,10 +122,100 @@ fn mistakes_of_the_command_line_are_told_with_what_to_write() {
         ("--names", "{a}{b}", "between two fields"),
         ("--lens", "lens.yml", "OpenCV or ROS"),
         ("--lens", "none.yml", "none.yml"),
+        ("--tone", "log", "an exponent above 0"),
+        ("--tone", "0", "an exponent above 0"),
     ] {
         let said = pneuval(folder.path(), &["measure", "diameter", "a.png", flag, value]);
         assert!(said.code == 2 && said.err.contains(words), "{flag} {value}: {}", said.err);
     }
+    for (arguments, words) in [
+        (&["angle", "a.png", "--root", "1"][..], "write it as 120,400"),
+        (&["angle", "a.png", "--markers", "200,30,30", "--count", "5"], "--root"),
+        (&["angle", "a.png", "--markers", "90,90,90", "--count", "5", "--root", "1,1"], "grey"),
+        (&["angle", "a.png", "--markers", "200,30,30", "--count", "2", "--root", "1,1"], "3..=12"),
+        (&["area", "a.png", "--paint", "1,2"], "red, green and blue"),
+        (&["area", "a.png", "--paint", "1,2,300"], "0 to 255"),
+        (&["area", "a.png", "--specks=-1"], "px²"),
+    ] {
+        let said = pneuval(folder.path(), &[&["measure"], arguments].concat());
+        assert!(said.code == 2 && said.err.contains(words), "{arguments:?}: {}", said.err);
+    }
+}
+
+/// The rehearsed photographs of a type, with the truth of each: name and value in SI, and how long a pixel is in mm.
+fn rehearsed(folder: &Path, of: &str, run: &str) -> Vec<(String, f64, f64)> {
+    let said = pneuval(folder, &["rehearse", of, "--photographs", "--repeats", "1", "--out", of]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let truth: Value = serde_json::from_slice(&fs::read(folder.join(of).join("truth.json")).unwrap()).unwrap();
+    let of_run = truth["runs"].as_array().unwrap().iter().find(|r| r["id"] == run).unwrap();
+    let one = |p: &Value| {
+        let number = |key: &str| p[key].as_f64().unwrap();
+        (p["name"].as_str().unwrap().to_owned(), number("value_si"), 1e3 * number("metre_per_px"))
+    };
+    of_run["pictures"].as_array().unwrap().iter().map(one).collect()
+}
+
+#[test]
+fn angles_and_areas_of_rehearsed_photographs_are_told_with_their_profiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = rehearsed(folder.path(), "wave-finger", "run-1");
+    let scale = format!("{}mm", film[0].2);
+    let files: Vec<String> =
+        film.iter().step_by(6).map(|(name, ..)| format!("wave-finger/run-1-camera/{name}")).collect();
+    let mut arguments: Vec<&str> = files.iter().map(String::as_str).collect();
+    arguments.extend(["--scale", &scale, "--sense", "counterclockwise", "--tone", "linear", "--out", "seen"]);
+    let said = pneuval(folder.path(), &[&["measure", "angle", "--json"], &arguments[..]].concat());
+    assert!(said.code == 0 && said.err.is_empty(), "{}", said.err);
+    let told: Vec<Value> = serde_json::from_str(&said.out).unwrap();
+    for (one, (name, truth, _)) in told.iter().zip(film.iter().step_by(6)) {
+        let (angle, std) = number(one, "angle");
+        assert!((angle - truth.to_degrees()).abs() < 0.2 && std > 0.0, "{name}: {angle} {truth}");
+        // The curvature from root to tip sums up to the angle.
+        let profile = fs::read_to_string(folder.path().join(format!("seen/{name}-profile.csv"))).unwrap();
+        let mut lines = profile.lines();
+        assert_eq!(lines.next(), Some("along (mm),curvature (1/mm),std (1/mm)"));
+        let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect();
+        let turn: f64 = rows.windows(2).map(|w| 0.5 * (w[0][1] + w[1][1]) * (w[1][0] - w[0][0])).sum();
+        assert!((turn.to_degrees() - angle).abs() < 0.3, "{name}: {turn} {angle}");
+        assert!(folder.path().join(format!("seen/{name}-measured.png")).is_file());
+    }
+    let paint = rehearsed(folder.path(), "pdms-wall", "set-1-run-1");
+    let (name, truth, scale) = &paint[0];
+    let path = format!("pdms-wall/set-1-run-1/{name}");
+    let scale = format!("{scale}mm");
+    let area = |more: &[&str]| {
+        let arguments = [&["measure", "area", "--json", &path, "--scale", &scale, "--tone", "linear"], more].concat();
+        let said = pneuval(folder.path(), &arguments);
+        assert!(said.code == 0, "{}", said.err);
+        let told: Vec<Value> = serde_json::from_str(&said.out).unwrap();
+        (number(&told[0], "area"), number(&told[0], "holes").0)
+    };
+    let ((value, std), holes) = area(&[]);
+    assert!((value - 1e6 * truth).abs() < 0.005 * value && (value - 1e6 * truth).abs() < 4.0 * std, "{value} {truth}");
+    let ((filled, _), none) = area(&["--fill-holes"]);
+    assert!(holes > 1.0 && none.abs() < 1e-9 && (filled - value - holes).abs() < 0.1, "{filled} {value} {holes}");
+}
+
+#[test]
+fn light_that_is_stored_by_a_curve_moves_edges_and_that_is_told_and_taken_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let linear = Photo::default().image().into_luma8();
+    let stored = image::GrayImage::from_fn(linear.width(), linear.height(), |x, y| {
+        let light = f64::from(linear.get_pixel(x, y).0[0]) / 255.0;
+        let stored = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        image::Luma([(255.0 * stored).round() as u8])
+    });
+    stored.save(folder.path().join("a.png")).unwrap();
+    let common = ["a.png", "--scale", "0.1mm", "--distance", "300mm"];
+    let (_, told, said) = measured(folder.path(), &common);
+    let off = number(&told[0], "diameter").0 - 40.0;
+    // Both edges of a dark body move inwards, as far as is told.
+    assert!(off < -0.05 && said.contains("curve of sRGB"), "{off} {said}");
+    let shift: f64 = said.split("up to ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((off + 0.2 * shift).abs() < 0.02, "{off} {said}");
+    let (_, told, said) = measured(folder.path(), &[&common[..], &["--tone", "srgb"]].concat());
+    assert!((number(&told[0], "diameter").0 - 40.0).abs() < 0.03 && said.is_empty(), "{told:?} {said}");
 }
 
 /// The experimental column of the paper's table (MPa, mm).
@@ -315,6 +411,31 @@ fn mistakes_in_a_camera_are_told_by_key_and_next_step() {
         ("fps = 10", "start = { value = 1, unit = \"s\" }", "`fps` beside `start`"),
         ("fps = 10", "lens = { focal = [0, 1], centre = [0, 0] }", "focal lengths in px > 0"),
         ("format = \"pictures\"", "format = \"csv\"", "`camera` with format = \"pictures\""),
+        ("fps = 10", "tone = \"log\"", "or { gamma = 2.2 }"),
+        ("fps = 10", "tone = { gamma = 0 }", "an exponent > 0"),
+        ("fps = 10", "tone = { gama = 2 }", "tone"),
+        ("fps = 10", "sense = \"clockwise\"", "found:    `sense`"),
+        ("fps = 10", "paint = [1, 2, 3]", "found:    `paint`"),
+        ("measure = \"diameter\"", "measure = \"area\"\nholes = \"through\"", "holes"),
+        ("measure = \"diameter\"", "measure = \"area\"\npaint = [1, 2, 256]", "0 to 255"),
+        ("measure = \"diameter\"", "measure = \"area\"\nspecks = -1", "an area in px²"),
+        ("measure = \"diameter\"", "measure = \"angle\"\naxis = \"vertical\"", "found:    `axis`"),
+        ("measure = \"diameter\"", "measure = \"angle\"\nroot = [nan, 1]", "a place in px"),
+        (
+            "measure = \"diameter\"",
+            "measure = \"angle\"\nmarkers = { colour = [200, 30, 30], count = 5 }",
+            "`root` beside `markers`",
+        ),
+        (
+            "measure = \"diameter\"",
+            "measure = \"angle\"\nroot = [1, 1]\nmarkers = { colour = [90, 90, 90], count = 5 }",
+            "grey tells no marker",
+        ),
+        (
+            "measure = \"diameter\"",
+            "measure = \"angle\"\nroot = [1, 1]\nmarkers = { colour = [200, 30, 30], count = 2 }",
+            "3 to 12 markers",
+        ),
         ("fps = 10", "topic = \"/camera\"", "no `names` and no `fps` beside `topic`"),
         ("names = \"p{pressure:kPa}.png\"\n", "topic = \"/camera\"\n", "no `names` and no `fps` beside `topic`"),
         ("column = \"pressure\"", "column = \"pressur\"", "pressure"),

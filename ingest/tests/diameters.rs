@@ -126,7 +126,7 @@ fn the_largest_width_is_found_to_a_few_hundredths_of_a_pixel_and_the_interval_sa
         assert!(turned.abs() < 0.5_f64.to_radians(), "{turned}");
         held_tilt += u32::from(turned.abs() < 1.96 * found.axis_std_rad);
         assert!((found.blur_px - barrel.blur).abs() < 0.1, "{} {}", found.blur_px, barrel.blur);
-        assert!((found.noise - 3.0).abs() < 0.2 && (found.contrast - 140.0).abs() < 4.0, "{found:?}");
+        assert!((found.noise - 3.0).abs() < 0.2 && (found.levels.1 - found.levels.0 - 140.0).abs() < 4.0, "{found:?}");
     }
     assert!((squares / f64::from(u32::try_from(n).unwrap())).sqrt() < 0.04);
     assert!((54..=60).contains(&held) && (53..=60).contains(&held_tilt), "{held} and {held_tilt} of {n}");

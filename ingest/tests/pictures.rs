@@ -103,7 +103,11 @@ fn the_pictures_of_a_topic_are_measured_at_their_stamps() {
                 FindingKind::PictureScale,
             ],
         ),
-        ("/png", 22, vec![FindingKind::BrokenPicture, FindingKind::PictureQuality, FindingKind::PictureScale]),
+        (
+            "/png",
+            22,
+            vec![FindingKind::BrokenPicture, FindingKind::PictureQuality, FindingKind::PictureScale, PictureScale],
+        ),
     ] {
         let found = read(&RawFile::of_bytes("r.mcap", &bytes), &options(topic), Keep::All).unwrap();
         let measured = table(&found, topic);

@@ -117,7 +117,7 @@ pub struct Job {
     /// Numbers in the names of the pictures: 'p{pressure:kPa}_{k}.png'
     #[arg(long, value_name = "PATTERN")]
     pub names: Option<String>,
-    /// Write each picture with edges, axis and value drawn on it
+    /// Write each picture with edges, axis and value drawn on it, and its profile along the body as CSV
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Print JSON
@@ -145,9 +145,9 @@ pub struct Camera {
     /// Where it is looked for, in px
     #[arg(long, value_name = "LEFT,TOP,WIDTH,HEIGHT")]
     pub region: Option<String>,
-    /// How the camera stores light: linear, srgb (most JPEGs), or the exponent of its gamma
-    #[arg(long, value_name = "TONE", default_value = "linear")]
-    pub tone: String,
+    /// How the camera stores light: linear (taken if nothing is said), srgb (most JPEGs), or its exponent
+    #[arg(long, value_name = "TONE")]
+    pub tone: Option<String>,
 }
 
 /// How an axis lies.

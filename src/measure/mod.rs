@@ -1,11 +1,11 @@
 //! `pneuval measure`: lengths, angles and areas from photographs; scales and lenses for them.
 
 mod arguments;
+mod drawn;
 mod lens;
 mod scale;
 mod words;
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{IsTerminal as _, Write as _};
 use std::path::Path;
@@ -14,7 +14,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use pneuval_analysis::report::overlay;
 use pneuval_ingest::IngestError;
 use pneuval_ingest::camera::task::{Reading, Task};
 use pneuval_ingest::error::Place;
@@ -76,10 +75,10 @@ fn values(job: &Job, task: &Task) -> Result<Outcome, Failure> {
     let pattern = job.names.as_deref().map(words::names).transpose()?;
     let raws: Vec<RawFile> = job.pictures.iter().map(|path| opened(path)).collect::<Result<_, _>>()?;
     let all: Vec<&RawFile> = raws.iter().flat_map(|raw| pictures(raw)).collect();
-    let names = overlay_names(&all);
+    let names = drawn::names(&all);
     if let Some(out) = &job.out {
-        check_out(out, &job.pictures)?;
-        std::fs::create_dir_all(out).map_err(|source| IngestError::read(out, source))?;
+        drawn::check_out(out, &job.pictures)?;
+        std::fs::create_dir_all(out).map_err(|source| IngestError::write(out, source))?;
     }
     let progress = Progress::new(all.len());
     let one = |(raw, name): (&&RawFile, &String)| {
@@ -110,39 +109,11 @@ fn values(job: &Job, task: &Task) -> Result<Outcome, Failure> {
     Ok(if is_lossy { Outcome::Open } else { Outcome::Expected })
 }
 
-/// Names of overlays: those of the pictures, with a number before those that several have.
-fn overlay_names(all: &[&RawFile]) -> Vec<String> {
-    let name = |raw: &RawFile| format!("{}-measured.png", raw.file_name());
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for raw in all {
-        *counts.entry(raw.file_name()).or_default() += 1;
-    }
-    let is_shared = |raw: &RawFile| counts.get(raw.file_name()).is_some_and(|count| *count > 1);
-    all.iter()
-        .enumerate()
-        .map(|(i, raw)| if is_shared(raw) { format!("{}-{}", i + 1, name(raw)) } else { name(raw) })
-        .collect()
-}
-
-/// Overlays do not lie among the pictures: there they would be measured the next time.
-fn check_out(out: &Path, pictures: &[std::path::PathBuf]) -> Result<(), Failure> {
-    let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    match pictures.iter().find(|path| path.is_dir() && real(path) == real(out)) {
-        None => Ok(()),
-        Some(path) => Err(Failure::Flag {
-            flag: "--out",
-            found: format!("`{}`, the folder of the pictures", path.display()),
-            expected: "another folder: what is drawn would be measured as a picture the next time".to_owned(),
-            next: "name a folder beside it".to_owned(),
-        }),
-    }
-}
-
 fn opened(path: &Path) -> Result<RawFile<'static>, Failure> {
     Ok(RawFile::open(path, &path.display().to_string(), LOG_BYTES_MAX)?)
 }
 
-/// Measures a picture, and draws what was measured.
+/// Measures a picture, and writes what was measured to files of such a name.
 fn measured(raw: &RawFile, task: &Task, out: Option<&Path>) -> Result<Result<Reading, String>, Failure> {
     let picture = match open(raw)? {
         Ok(picture) => picture,
@@ -150,9 +121,7 @@ fn measured(raw: &RawFile, task: &Task, out: Option<&Path>) -> Result<Result<Rea
     };
     let found = task.measure(&picture);
     if let (Ok(reading), Some(path)) = (&found, out) {
-        let png = overlay(&picture, &reading.marks, usize::MAX)
-            .map_err(|why| IngestError::read(path, std::io::Error::other(why)))?;
-        std::fs::write(path, png).map_err(|source| IngestError::read(path, source))?;
+        drawn::write(&picture, reading, path)?;
     }
     Ok(found)
 }

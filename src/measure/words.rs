@@ -106,7 +106,7 @@ fn setup(camera: &Camera) -> Result<Setup, Failure> {
         lens: camera.lens.as_deref().map(lens).transpose()?,
         distance: above("--distance", &camera.distance)?,
         offset_m: camera.offset.as_deref().map(|text| length("--offset", text)).transpose()?,
-        tone: tone(&camera.tone)?,
+        tone: camera.tone.as_deref().map(tone).transpose()?,
     })
 }
 

@@ -49,6 +49,7 @@ pub fn reader_keys(plan: &Plan, device: &Device, camera: &PlanCamera, table: &Ta
     let mut keys = vec![
         format!("measure = \"{}\"", camera.object.measure()),
         format!("scale = {}", mm(camera.scale_m)),
+        "tone = \"linear\"".to_owned(),
         format!("distance = {}", mm(camera.distance_m)),
     ];
     // It bends to the right, and hangs down.

@@ -97,6 +97,8 @@ pub struct Bending {
     pub edges: Vec<(Place, EdgeUse)>,
     /// Blur of its edges, in px (standard deviation); NaN where markers were looked at.
     pub blur_px: f64,
+    /// Brightness of the finger and its surroundings beside the edges, 0 to 255; NaN where markers were looked at.
+    pub levels: (f64, f64),
     /// Degree of the tangent's polynomial: 1 is constant curvature.
     pub degree: usize,
     /// What is worth knowing.
@@ -259,7 +261,7 @@ pub fn bending(
 ) -> Result<Bending, BendingRefusal> {
     let coarse = strip(picture, &sought)?;
     let mut looked =
-        Looked { picture, blur: Blur::new(), is_dark: coarse.is_dark, blur_px: BLUR_FIRST_PX, contrast: 0.0 };
+        Looked { picture, blur: Blur::new(), is_dark: coarse.is_dark, blur_px: BLUR_FIRST_PX, levels: (0.0, 0.0) };
     let (path, mut half_px) = first(&mut looked, &coarse)?;
     let (end, _) = looked
         .end(&path, path.length() + 1.6 * half_px, half_px, 1.8 * half_px + 2.0 * coarse.step)
@@ -364,6 +366,7 @@ pub fn bending(
         centreline: bent.chain([seen_tip]).collect(),
         edges,
         blur_px: looked.blur_px,
+        levels: looked.levels,
         degree,
         flags,
     })

@@ -31,14 +31,12 @@ pub struct Curve {
     half: f64,
     coefficients: [f64; TERMS],
     terms: usize,
-    /// Of the coefficients, with the variance of the points in it.
-    covariance: SMatrix<f64, TERMS, TERMS>,
+    /// Of the normal equations: the covariance of the coefficients for points of variance one.
+    inverse: SMatrix<f64, TERMS, TERMS>,
     /// Standard deviation of the points about it.
     pub left: f64,
     /// Which of the points belong to it.
     pub used: Vec<bool>,
-    /// Sum of squares that is left, over the points used.
-    squares: f64,
 }
 
 fn powers(t: f64) -> [f64; TERMS] {
@@ -81,11 +79,6 @@ impl Curve {
         Some(([one(0)?, one(1)?], degree))
     }
 
-    /// The curve through points that were chosen before.
-    pub fn through(points: &[(f64, f64)], range: (f64, f64), degree: usize, used: &[bool]) -> Option<Self> {
-        Self::of(points, range, degree.min(DEGREE_MAX), Some(used))
-    }
-
     fn of(points: &[(f64, f64)], (from, to): (f64, f64), degree: usize, given: Option<&[bool]>) -> Option<Self> {
         let (middle, half) = (f64::midpoint(from, to), 0.5 * (to - from));
         if half.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
@@ -99,7 +92,6 @@ impl Curve {
         };
         let rounds = if given.is_some() { 1 } else { ROUNDS };
         let mut found: Option<Self> = None;
-        let mut last = Vec::new();
         for _ in 0..rounds {
             let count = used.iter().filter(|u| **u).count();
             if count < n + 2 {
@@ -109,20 +101,10 @@ impl Curve {
             let inverse = sums.inverse(degree)?;
             let mut coefficients: [f64; TERMS] = (inverse * sums.right(degree)).into();
             coefficients[0] += sums.origin;
-            let mut curve = Self {
-                middle,
-                half,
-                coefficients,
-                terms: n,
-                covariance: inverse,
-                left: 0.0,
-                used: used.clone(),
-                squares: 0.0,
-            };
+            let mut curve = Self { middle, half, coefficients, terms: n, inverse, left: 0.0, used: used.clone() };
             let left: Vec<f64> = points.iter().map(|(x, y)| y - curve.at(*x)).collect();
             let of_used: Vec<f64> = left.iter().zip(&used).filter(|(_, u)| **u).map(|(r, _)| *r).collect();
-            curve.squares = of_used.iter().map(|r| r * r).sum();
-            curve.left = (curve.squares / (count - n) as f64).sqrt();
+            curve.left = (of_used.iter().map(|r| r * r).sum::<f64>() / (count - n) as f64).sqrt();
             let next: Vec<bool> = if given.is_some() {
                 used.clone()
             } else {
@@ -130,17 +112,13 @@ impl Curve {
                 points.iter().zip(&left).map(|(p, r)| inside(p) && r.abs() <= limit).collect()
             };
             let is_settled = next == used;
-            last = of_used;
             found = Some(curve);
             if is_settled {
                 break;
             }
             used = next;
         }
-        let mut curve = found?;
-        // Neighbours that stray together know less than their number.
-        curve.covariance *= curve.left * curve.left * together(&last);
-        Some(curve)
+        found
     }
 
     /// Points that belong to it.
@@ -159,11 +137,13 @@ impl Curve {
         self.coefficients[..self.terms].iter().rev().fold(0.0, |sum, c| sum * t + c)
     }
 
-    /// Standard uncertainty of that.
-    pub fn std_at(&self, x: f64) -> f64 {
+    /// Standard uncertainty of that, by the points that it goes through: neighbours that stray together know less than their number.
+    pub fn std_at(&self, x: f64, points: &[(f64, f64)]) -> f64 {
         let mut basis = SVector::<f64, TERMS>::from(powers((x - self.middle) / self.half));
         basis.iter_mut().skip(self.terms).for_each(|b| *b = 0.0);
-        (self.covariance * basis).dot(&basis).max(0.0).sqrt()
+        let of_used = points.iter().zip(&self.used).filter(|(_, used)| **used);
+        let left: Vec<f64> = of_used.map(|((x, y), _)| y - self.at(*x)).collect();
+        self.left * ((self.inverse * basis).dot(&basis).max(0.0) * together(&left)).sqrt()
     }
 
     /// Slope and second derivative at x.

@@ -2,13 +2,14 @@
 //!
 //! ```text
 //! body --> edges of some rows, with their blur --> two curves --> edges of every row, one step from those curves
-//!      --> axis: the line on which the middle of the curves is straight --> two curves in its frame --> the largest distance
+//!      --> axis: the line on which the middles between the sides lie --> two curves in its frame --> the largest distance
 //! ```
 //!
 //! Edges are fitted along rows (columns, where the axis lies across); a slanting one looks wider there by its slope, which is taken into
 //! account. Curves are polynomials of the degree that the edges ask for. Blur moves the half level of a curved edge towards its centre,
 //! by σ²/2 over the radius, which is taken back.
 
+mod axis;
 mod outline;
 mod seeker;
 
@@ -17,12 +18,13 @@ use nalgebra::Vector2;
 use super::curve::{Curve, DEGREE_MAX, median, some};
 use super::picture::{Picture, Place};
 use super::silhouette::{Axis, Body, Refusal, Row, Sought, body};
-use outline::{common, largest, middle_slope, part_above, profile, wide_part};
+use axis::axis;
+use outline::{largest, part_above, profile};
 use seeker::{Found, Rows, Seeker};
 
 /// Where the body is thinner than this share of its largest width, only one of so many rows is looked at: a curve turned by its tilt needs some
 /// more than the four fifths of the width over which it is measured.
-const THIN_SHARE: f64 = 0.7;
+const THIN_SHARE: f64 = 0.76;
 const PROFILE_STEP: usize = 4;
 
 /// Thinner than this share of the largest width nothing is looked at; and from one row of the grid to the next a body does not become so
@@ -44,6 +46,9 @@ const END_SLOPE: f64 = 1.2;
 /// The degree of the first curves.
 const DEGREE_FIRST: usize = 4;
 
+/// The first curve passes by edges that are so many times the blur away from it: there the outline is no such curve.
+const PASSES_BLURS: f64 = 1.5;
+
 /// Fewer edges of a side are too few.
 const EDGES_MIN: usize = 12;
 const EDGES_SHARE_MIN: f64 = 0.5;
@@ -57,12 +62,10 @@ const SATURATED_SHARE_MAX: f64 = 0.3;
 /// Blur is told by rows about the widest place, where the outline's slope is known best.
 const BLUR_SHARE: f64 = 0.92;
 
-/// Rounds in which the blur settles, and in which the axis does; it has where the middle goes over by so little, as a slope.
+/// Rounds in which the blur settles, which it has where it changes by less than such a share.
 const ROUNDS: usize = 3;
+const SETTLED: f64 = 0.01;
 const STEPS_MAX: usize = 4;
-const AXIS_ROUNDS: usize = 12;
-const STRAIGHT: f64 = 1e-6;
-const TURN_MAX: f64 = 0.2;
 
 /// Where edges stray so many times as much as noise makes them, a narrower part is tried, where the body is as wide as this share of its
 /// largest width; it is taken where they stray less by such a share.
@@ -79,8 +82,8 @@ const SHIFT_SHARE: f64 = 1.0;
 /// What the user should know of a measured width.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Flag {
-    /// The body is about as long as wide: rows were taken to lie across.
-    AxisGuessed,
+    /// The body is about as long as wide, or stands on a mount and is wider than long: its axis was taken to lie so.
+    AxisGuessed(Axis),
     /// It reaches out of the picture along its axis; its width there hardly changes.
     Cut,
     /// Some edges lie beside brightness that is as high, or as low, as it can be: so many, as a share.
@@ -96,7 +99,13 @@ pub enum Flag {
 impl std::fmt::Display for Flag {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::AxisGuessed => write!(f, "as long as wide: the axis was taken to stand upright"),
+            Self::AxisGuessed(axis) => {
+                let how = match axis {
+                    Axis::Vertical => "stand upright",
+                    Axis::Horizontal => "lie across",
+                };
+                write!(f, "its shape does not say which way its axis lies: taken to {how}; `axis` says it")
+            }
             Self::Cut => write!(f, "it reaches out of the picture along its axis"),
             Self::Clipped(share) => {
                 write!(f, "{:.0} % of its edges lie beside brightness at the end of its range", 100.0 * share)
@@ -123,8 +132,8 @@ pub struct Diameter {
     pub axis_std_rad: f64,
     /// Standard deviation of the blur, in px.
     pub blur_px: f64,
-    /// Brightness of body and surroundings, in steps.
-    pub contrast: f64,
+    /// Brightness of body and surroundings beside the edges, 0 to 255.
+    pub levels: (f64, f64),
     /// Standard deviation of the noise, in steps.
     pub noise: f64,
     /// By how much the blur of curved edges was corrected, in px.
@@ -177,8 +186,9 @@ pub fn diameter(
     let body = body(picture, sought)?;
     let mut seeker = Seeker::new(picture, body.axis);
     let wide = wide_rows(&body)?;
-    let (outlines, blur_px) = first(&mut seeker, &body, &wide)?;
-    let found = every(&mut seeker, &outlines, blur_px, &wide);
+    let first = first(&mut seeker, &body, &wide)?;
+    let blur_px = first.blur_px;
+    let found = every(&mut seeker, &first, &wide);
     let found = found.map(sound);
     let looked_for = found[0].len().max(found[1].len()).max(wide.len());
     for side in &found {
@@ -244,8 +254,31 @@ fn wide_rows(body: &Body) -> Result<Vec<Row>, Refusal> {
     Ok(rows[before..n - behind].to_vec())
 }
 
+/// What the edges of the grid's rows say.
+struct First {
+    /// Through those edges.
+    outlines: Outlines,
+    /// The blur that they agree on.
+    blur_px: f64,
+    /// The edges, row by row.
+    edges: [Vec<(f64, f64)>; 2],
+}
+
+impl First {
+    /// Where an edge is to be expected on a row, and its slope: on the outline, or, where that passes its edges by, between those.
+    fn guess(&self, side: usize, y: f64) -> (f64, f64) {
+        let outline = &self.outlines[side];
+        let (smooth, edges) = ((outline.at(y), outline.derivatives(y).0), &self.edges[side]);
+        let i = edges.partition_point(|(row, _)| *row < y);
+        let (Some(before), Some(behind)) = (edges.get(i.wrapping_sub(1)), edges.get(i)) else { return smooth };
+        let slope = (behind.1 - before.1) / (behind.0 - before.0);
+        let between = before.1 + slope * (y - before.0);
+        if (between - smooth.0).abs() > PASSES_BLURS * self.blur_px { (between, slope) } else { smooth }
+    }
+}
+
 /// Outlines through edges of the grid's rows, and the blur that they agree on.
-fn first(seeker: &mut Seeker, body: &Body, wide: &[Row]) -> Result<(Outlines, f64), Refusal> {
+fn first(seeker: &mut Seeker, body: &Body, wide: &[Row]) -> Result<First, Refusal> {
     let few = |found: usize| Refusal::FewEdges { found, of: wide.len() };
     let mut guesses: [Vec<(f64, f64)>; 2] = [vec![], vec![]];
     let mut widths = Vec::new();
@@ -285,18 +318,20 @@ fn first(seeker: &mut Seeker, body: &Body, wide: &[Row]) -> Result<(Outlines, f6
             }
         }
         outlines = [fit(&points[0])?, fit(&points[1])?];
-        if weights > 0.0 {
-            blur_px = (blur_px + wider / weights).clamp(BLUR_PX.0, BLUR_PX.1);
+        let step = if weights > 0.0 { wider / weights } else { 0.0 };
+        blur_px = (blur_px + step).clamp(BLUR_PX.0, BLUR_PX.1);
+        if step.abs() < SETTLED * blur_px {
+            break;
         }
     }
-    Ok((outlines, blur_px))
+    Ok(First { outlines, blur_px, edges: guesses })
 }
 
 /// The edges of every row, one step from the first outlines.
-fn every(seeker: &mut Seeker, outlines: &Outlines, blur_px: f64, wide: &[Row]) -> [Vec<Found>; 2] {
+fn every(seeker: &mut Seeker, guessed: &First, wide: &[Row]) -> [Vec<Found>; 2] {
     let Some((first, last)) = wide.first().zip(wide.last()) else { return [vec![], vec![]] };
     let mut found = [vec![], vec![]];
-    let width = |y: f64| outlines[1].at(y) - outlines[0].at(y);
+    let width = |y: f64| guessed.outlines[1].at(y) - guessed.outlines[0].at(y);
     let widest = wide.iter().map(|row| width(row.at as f64)).fold(0.0, f64::max);
     for row in first.at..=last.at.min(seeker.rows.count() - 1) {
         let y = row as f64;
@@ -304,9 +339,9 @@ fn every(seeker: &mut Seeker, outlines: &Outlines, blur_px: f64, wide: &[Row]) -
         if width(y) < THIN_SHARE * widest && row % PROFILE_STEP != 0 {
             continue;
         }
-        for (side, outline) in outlines.iter().enumerate() {
-            let (slope, _) = outline.derivatives(y);
-            found[side].extend(seeker.near(row, outline.at(y), slope, blur_px));
+        for (side, found) in found.iter_mut().enumerate() {
+            let (at, slope) = guessed.guess(side, y);
+            found.extend(seeker.near(row, at, slope, guessed.blur_px));
         }
     }
     found
@@ -348,57 +383,9 @@ fn measure(
     let (places, odd) = (on_picture(true), on_picture(false));
     let looked_for = found[0].len().max(found[1].len());
     let few = || Refusal::FewEdges { found: places[0].len().min(places[1].len()), of: looked_for };
-    // Turned about the middle, so that the axis stands upright: u across, v along.
-    let n = (places[0].len() + places[1].len()) as f64;
-    let middle = places.iter().flatten().sum::<Place>() / n;
-    let upright = match body.axis {
-        Axis::Vertical => Vector2::new(0.0, 1.0),
-        Axis::Horizontal => Vector2::new(1.0, 0.0),
-    };
-    let mut along = upright;
-    let across = |along: Vector2<f64>| match body.axis {
-        Axis::Vertical => Vector2::new(along.y, -along.x),
-        Axis::Horizontal => Vector2::new(-along.y, along.x),
-    };
-    let turned = |along: Vector2<f64>| {
-        places.each_ref().map(|side| {
-            let of = |p: &Place| ((p - middle).dot(&along), (p - middle).dot(&across(along)));
-            side.iter().map(of).collect::<Vec<(f64, f64)>>()
-        })
-    };
-    let mut range = (0.0, 0.0);
-    // A body that is nearly round hardly shows how it is turned: secants find what single steps creep up to.
-    let (mut turn, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
-    // How much the middle's slope changes with the turn.
-    let mut gain = 1.0_f64;
-    // What is no part of the outlines stays so, however they are turned.
-    let mut used: Option<[Vec<bool>; 2]> = None;
-    for _ in 0..AXIS_ROUNDS {
-        let points = turned(along);
-        let whole = common(&points).ok_or_else(few)?;
-        let of = |i: usize| match &used {
-            None => Curve::fit(&points[i], whole, DEGREE_FIRST).ok_or_else(few),
-            Some(used) => Curve::through(&points[i], whole, DEGREE_FIRST, &used[i]).ok_or_else(few),
-        };
-        let curves = [of(0)?, of(1)?];
-        used.get_or_insert_with(|| curves.each_ref().map(|curve| curve.used.clone()));
-        range = wide_part(&curves);
-        let slope = middle_slope(&curves, range);
-        if slope.abs() < STRAIGHT {
-            break;
-        }
-        let step = match last {
-            Some((before, then)) if (slope - then).abs() > 0.1 * (turn - before).abs() => {
-                gain = (slope - then) / (turn - before);
-                (-slope * (turn - before) / (slope - then)).clamp(-TURN_MAX, TURN_MAX)
-            }
-            _ => slope,
-        };
-        last = Some((turn, slope));
-        turn += step;
-        along = (upright + across(upright) * turn.tan()).normalize();
-    }
-    let points = turned(along);
+    let axis::Found { frame, wide, gain } = axis(&places, body.axis).ok_or_else(few)?;
+    let points = frame.of(&places);
+    let mut range = wide;
     let squares: f64 = found.iter().flatten().map(|f| f.edge.left.0).sum();
     let freedom: usize = found.iter().flatten().map(|f| f.edge.left.1).sum();
     let noise = (squares / freedom.max(1) as f64).sqrt();
@@ -427,7 +414,7 @@ fn measure(
     // Widest at the end of what is seen, and still growing: more lies outside.
     let grows = (width(range.1) - width(range.0)).abs() > 0.01 * width(at);
     let is_end = (at - range.0).min(range.1 - at) < 0.02 * (range.1 - range.0);
-    if is_cut && degree > 0 && is_end && grows && ends_at_border(body, middle + along * at) {
+    if is_cut && degree > 0 && is_end && grows && ends_at_border(body, frame.place(at, 0.0)) {
         return Err(Refusal::Border);
     }
     let curvature = |curve: &Curve| {
@@ -437,23 +424,23 @@ fn measure(
     // Seen from the body, the left edge is hollow where its second derivative is negative.
     let bulge = if degree > 0 { curvature(&curves[0]) - curvature(&curves[1]) } else { 0.0 };
     let shift_px = 0.5 * blur_px * blur_px * bulge;
-    let noise_std = curves[0].std_at(at).hypot(curves[1].std_at(at));
+    let noise_std = curves[0].std_at(at, &points[0]).hypot(curves[1].std_at(at, &points[1]));
     let std_px = noise_std.hypot(FLOOR_PX).hypot(SHIFT_SHARE * shift_px);
-    let back = |v: f64, u: f64| middle + along * v + across(along) * u;
     // Of a straight line through the middles of so many rows.
     let rows_used = 0.5 * (curves[0].n() + curves[1].n()) as f64;
     let middle_std = 0.5 * curves[0].left.hypot(curves[1].left);
-    let axis_std_rad = (12.0 / rows_used).sqrt() * middle_std / (range.1 - range.0) / gain.abs();
-    let contrast = median(found.iter().flatten().map(|f| (f.edge.levels.1 - f.edge.levels.0).abs()).collect());
+    let axis_std_rad = (12.0 / rows_used).sqrt() * middle_std / (range.1 - range.0) / gain.abs().max(f64::EPSILON);
+    let level = |of: fn((f64, f64)) -> f64| median(found.iter().flatten().map(|f| of(f.edge.levels)).collect());
+    let (low, high) = (level(|(a, b)| a.min(b)), level(|(a, b)| a.max(b)));
+    let levels = if body.is_dark { (low, high) } else { (high, low) };
     let rough = rough_of(&curves);
     let in_range = |p: &&(f64, f64)| p.0 >= range.0 && p.0 <= range.1;
-    let odd_here =
-        odd.iter().flatten().map(|p| (p - middle).dot(&along)).filter(|v| *v >= range.0 && *v <= range.1).count();
+    let odd_here = odd.iter().flatten().map(|p| frame.along_of(*p)).filter(|v| *v >= range.0 && *v <= range.1).count();
     let asked: usize = points.iter().flatten().filter(in_range).count() + odd_here;
     let strays = 1.0 - (curves[0].n() + curves[1].n()) as f64 / asked.max(1) as f64;
     let mut flags = Vec::new();
     if body.axis_is_guessed {
-        flags.push(Flag::AxisGuessed);
+        flags.push(Flag::AxisGuessed(body.axis));
     }
     if is_cut && body.rows.iter().any(|row| is_at_end(row, body) && is_thick(row, width(at))) {
         flags.push(Flag::Cut);
@@ -485,11 +472,11 @@ fn measure(
     Ok(Diameter {
         width_px: width(at) + shift_px,
         std_px,
-        ends: [back(at, curves[0].at(at)), back(at, curves[1].at(at))],
-        axis: along,
+        ends: [frame.place(at, curves[0].at(at)), frame.place(at, curves[1].at(at))],
+        axis: frame.along,
         axis_std_rad,
         blur_px,
-        contrast,
+        levels,
         noise,
         shift_px,
         degree,

@@ -44,6 +44,9 @@ const ROUND_SHARE: f64 = 0.1;
 /// One that reaches out of the picture may be wider than it is long by such a share, as far as it is seen.
 const UNSURE_SHARE: f64 = 0.25;
 
+/// A body that stands on a mount may be wider than it is long by such a share.
+const MOUNTED_SHARE: f64 = 0.35;
+
 /// A mount is thinner than this share of the body, and does not become so many times as thick over so many lines of the grid.
 const MOUNT_SHARE: f64 = 0.6;
 const MOUNT_GROWTH: f64 = 1.12;
@@ -59,6 +62,15 @@ pub enum Axis {
     Vertical,
     /// More across: along columns.
     Horizontal,
+}
+
+impl Axis {
+    fn other(self) -> Self {
+        match self {
+            Self::Vertical => Self::Horizontal,
+            Self::Horizontal => Self::Vertical,
+        }
+    }
 }
 
 /// What is sought.
@@ -183,7 +195,9 @@ pub fn body(picture: &Picture, sought: Sought) -> Result<Body, Refusal> {
     let mut step = (shorter / GRID.0).clamp(1, STEP_MAX);
     loop {
         let found = on_grid(picture, sought, region, step);
-        let is_good = found.as_ref().is_ok_and(|body| body.radius >= RADIUS_GOOD * step as f64);
+        // A finer one also shows a mount that is hardly longer than a step.
+        let is_clear = |body: &Body| body.radius >= RADIUS_GOOD * step as f64 && !body.axis_is_guessed;
+        let is_good = found.as_ref().is_ok_and(is_clear);
         let finer = step / 2;
         if is_good || finer == 0 || shorter / finer > GRID.1 {
             return found;
@@ -229,9 +243,20 @@ fn on_grid(picture: &Picture, sought: Sought, region: [usize; 4], step: usize) -
     let longer = if along >= across { Axis::Vertical } else { Axis::Horizontal };
     let apart = (along - across).abs() / along.max(across);
     let place = deepest[part].1;
+    let is_cut_along = |axis: Axis| is_at_border(&grid, axis, &is_part);
+    let mounted = match (is_cut_along(Axis::Vertical), is_cut_along(Axis::Horizontal)) {
+        (true, false) => Some(Axis::Vertical),
+        (false, true) => Some(Axis::Horizontal),
+        _ => None,
+    };
+    // A mount stands along the axis; what touches a long body from the side is a hose.
+    let mounted = mounted.filter(|axis| is_mounted(&grid, *axis, &is_part, place));
     let (axis, axis_is_guessed) = match (sought.axis, free_rows[place], free_columns[place]) {
         (Some(axis), ..) => (axis, false),
-        (None, true, true) if apart < ROUND_SHARE => (Axis::Vertical, true),
+        (None, true, true) if apart < ROUND_SHARE => (mounted.unwrap_or(Axis::Vertical), true),
+        (None, true, true) if apart < MOUNTED_SHARE => {
+            (mounted.unwrap_or(longer), mounted.unwrap_or(longer) != longer || is_cut_along(longer.other()))
+        }
         (None, true, true) => (longer, false),
         // Out of the picture one way: on a mount, or cut. On a mount the axis goes that way; cut, the other way is across, unless the longer
         // side says otherwise.
@@ -376,6 +401,15 @@ fn free(grid: &Grid, mask: &[bool], columns: bool) -> Vec<bool> {
         }
     }
     free
+}
+
+/// Whether a part reaches one of the borders that an axis goes through.
+fn is_at_border(grid: &Grid, axis: Axis, is_part: &dyn Fn(usize) -> bool) -> bool {
+    let last = grid.height - 1;
+    match axis {
+        Axis::Vertical => (0..grid.width).any(|x| is_part(x) || is_part(last * grid.width + x)),
+        Axis::Horizontal => (0..grid.height).any(|y| is_part(y * grid.width) || is_part((y + 1) * grid.width - 1)),
+    }
 }
 
 /// Whether a part reaches the border along an axis by a mount: something thin that does not widen there.

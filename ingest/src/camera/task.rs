@@ -18,12 +18,20 @@ use super::lens::Lens;
 use super::picture::{Picture, Place};
 use super::scale::{Length, Scale};
 use super::silhouette::Sought;
-use super::tone::{Tone, lit};
+use super::tone::{Tone, lit, shift_if_ignored};
 
 /// Where no distance is known, the error is told for so many radii: that of a body that fills a seventh of the view.
 const TYPICAL_RADII: f64 = 15.0;
 
+/// Less than that is not worth telling, in px.
+const TOLD_PX: f64 = 0.01;
+
 const MM: f64 = 1e-3;
+
+/// By how many px an edge between two levels lies on its dark side if the camera stores light by sRGB. Not a number where levels are none.
+fn srgb_px(levels: (f64, f64), blur_px: f64) -> f64 {
+    shift_if_ignored(Tone::Srgb, levels, blur_px).abs()
+}
 
 /// Camera, scale and tone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -36,8 +44,8 @@ pub struct Setup {
     pub distance: Option<Length>,
     /// How far the plane of the scale lies before that plane, towards the camera, and its standard uncertainty, in m.
     pub offset_m: Option<(f64, f64)>,
-    /// How the camera stores light.
-    pub tone: Tone,
+    /// How the camera stores light; `None`: nobody said, it is taken as it is.
+    pub tone: Option<Tone>,
 }
 
 /// What is measured.
@@ -88,10 +96,25 @@ pub struct Reading {
     pub values: Vec<Value>,
     /// What is worth knowing of them.
     pub notes: Vec<String>,
+    /// What changes along the body: its width, or the curvature of a finger. An imprint has none.
+    pub profile: Option<Profile>,
     /// What was looked at, to be drawn on the picture.
     pub marks: Marks,
     /// The error of the first value for want of a distance, at a typical one, in m.
     pub ignored_m: Option<f64>,
+    /// By how many px edges would lie on their dark side if the camera stored light by sRGB.
+    pub srgb_px: f64,
+}
+
+/// A quantity all along a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// What it is, and its unit.
+    pub name: (&'static str, &'static str),
+    /// The unit of places along the body: of a round one from its widest place on, of a finger from its root.
+    pub along_unit: &'static str,
+    /// Places, and what is there.
+    pub points: Vec<(f64, Value)>,
 }
 
 /// Places and lines on the picture.
@@ -154,7 +177,7 @@ impl Task {
     /// Why it cannot be measured, in words.
     pub fn measure(&self, picture: &Picture) -> Result<Reading, String> {
         let setup = &self.setup;
-        let picture: Cow<Picture> = match setup.tone {
+        let picture: Cow<Picture> = match setup.tone.unwrap_or_default() {
             Tone::Linear => Cow::Borrowed(picture),
             tone => Cow::Owned(lit(picture, tone).ok_or("the tone curve has no exponent above 0")?),
         };
@@ -194,6 +217,15 @@ impl Task {
                 "no distance of the camera is given: a round body looks wider than it is, by {:.3} mm of the widest if the camera stood {TYPICAL_RADII} \
                  radii away; give `distance`, and `offset` if the scale does not lie in the plane of the axis",
                 largest / MM
+            ));
+        }
+        let shift_px = readings.iter().map(|reading| reading.srgb_px).fold(f64::NAN, f64::max);
+        if setup.tone.is_none() && shift_px > TOLD_PX {
+            let in_mm = setup.scale.map(|scale| format!(" ({:.3} mm)", shift_px * scale.metre_per_px / MM));
+            warnings.push(format!(
+                "no `tone` is given: brightness was taken as light. If the camera stores it by the curve of sRGB, as photo cameras and telephones \
+                 do, edges lie up to {shift_px:.2} px{} too far on their dark side; say `srgb` or `linear`",
+                in_mm.unwrap_or_default()
             ));
         }
         let is_flat = !matches!(self.what, What::Diameter(_));

@@ -199,6 +199,7 @@ pub fn markers(
         centreline: (0..PROFILE).map(|i| drawn.at(from + (to - from) * i as f64 / (PROFILE - 1) as f64)).collect(),
         edges: found.iter().flat_map(Marker::outline).collect(),
         blur_px: f64::NAN,
+        levels: (f64::NAN, f64::NAN),
         degree: line.degree(),
         flags,
     })

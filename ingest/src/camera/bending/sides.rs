@@ -50,8 +50,8 @@ pub(super) struct Looked<'a> {
     pub blur: Blur,
     pub is_dark: bool,
     pub blur_px: f64,
-    /// How high edges are, in steps of brightness; 0 as long as that is not known.
-    pub contrast: f64,
+    /// Brightness within and without, beside the edges, in steps; zeros as long as that is not known.
+    pub levels: (f64, f64),
 }
 
 /// Both edges at stations along a centreline.
@@ -131,7 +131,7 @@ impl Looked<'_> {
         let part = &line[first..=last];
         let edge = self.blur.edge(part, at - first as f64, self.blur_px, with_blur, 3)?;
         let height = (edge.levels.1 - edge.levels.0) * if self.is_dark { 1.0 } else { -1.0 };
-        let rises = height > HEIGHT_SHARE * self.contrast;
+        let rises = height > HEIGHT_SHARE * (self.levels.1 - self.levels.0).abs();
         let clipped = part.iter().filter(|v| **v <= END_STEP || **v >= 255.0 - END_STEP).count() * 3 > part.len();
         rises.then_some((start + first as f64 + edge.at, edge, clipped))
     }
@@ -154,7 +154,7 @@ impl Looked<'_> {
         let mut found = Sides { edges: [vec![f64::NAN; count], vec![f64::NAN; count]], ..Sides::default() };
         let guesses = before.map(|before| before.guesses(&stations));
         let (mut wider, mut weights, mut clipped, mut seen) = (0.0, 0.0, 0.0, 0.0);
-        let mut heights = Vec::new();
+        let mut levels = [vec![], vec![]];
         for (i, s) in stations.iter().enumerate() {
             let (middle, angle) = (path.at(*s), path.angle(*s));
             let out = Vector2::new(-angle.sin(), angle.cos());
@@ -169,14 +169,16 @@ impl Looked<'_> {
                 }
                 seen += 1.0;
                 clipped += f64::from(u8::from(is_clipped));
-                heights.push((edge.levels.1 - edge.levels.0).abs());
+                levels[0].push(edge.levels.0.min(edge.levels.1));
+                levels[1].push(edge.levels.0.max(edge.levels.1));
                 found.edges[side][i] = at;
             }
         }
         if weights > 0.0 {
             self.blur_px = (self.blur_px + wider / weights).clamp(BLUR_PX.0, BLUR_PX.1);
         }
-        self.contrast = median(heights);
+        let [low, high] = levels.map(median);
+        self.levels = if self.is_dark { (low, high) } else { (high, low) };
         for side in &mut found.edges {
             drop_odd(side);
         }
@@ -213,7 +215,7 @@ impl Looked<'_> {
             // Blur moves the half level of a round end inwards.
             let shift = -0.5 * self.blur_px * self.blur_px * second;
             let ahead = curve.at(0.0) + shift;
-            let std_px = curve.std_at(0.0).hypot(0.5 * shift);
+            let std_px = curve.std_at(0.0, &points).hypot(0.5 * shift);
             let edge = points.iter().map(|(o, a)| middle + across * *o + way * *a).collect();
             found = Some((End { s, ahead, std_px }, edge));
             // A half circle begins half a width before the tip, a flat end with it: what is nearly the one or the other is it.
@@ -247,7 +249,7 @@ impl Looked<'_> {
             return None;
         }
         let curve = Curve::fit(&points, (-SHOULDER.1 * half_px, SHOULDER.1 * half_px), 1)?;
-        Some((path.nearest(middle + way * curve.at(0.0), near + curve.at(0.0)), curve.std_at(0.0)))
+        Some((path.nearest(middle + way * curve.at(0.0), near + curve.at(0.0)), curve.std_at(0.0, &points)))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Two outlines in the frame of the axis: the part that counts, the middle, where they are farthest apart.
+//! Two outlines in the frame of the axis: the part that counts, the side opposite, where they are farthest apart.
 
 use super::Width;
 use crate::camera::curve::Curve;
@@ -6,19 +6,31 @@ use crate::camera::curve::Curve;
 /// The part of the body about its widest place over which edges are taken, as a share of its largest width.
 const WIDE_SHARE: f64 = 0.8;
 
+/// Between edges that lie farther apart along the axis nobody knows the outline, in px.
+const GAP_PX: f64 = 12.0;
+
 /// Places along the axis at which the largest width is looked for.
 const PLACES: usize = 200;
 
-/// The slope of the middle between two curves, by a straight line through it.
-pub(super) fn middle_slope(curves: &[Curve; 2], (from, to): (f64, f64)) -> f64 {
-    let (mut tt, mut tm) = (0.0, 0.0);
-    for i in 0..=PLACES {
-        let v = from + (to - from) * i as f64 / PLACES as f64;
-        let t = v - f64::midpoint(from, to);
-        tt += t * t;
-        tm += t * f64::midpoint(curves[0].at(v), curves[1].at(v));
+/// For edges of the left side, in order: where they lie along the axis and across, and the right side there, on the line through the two
+/// nearest edges.
+pub(super) fn opposite(points: &[Vec<(f64, f64)>; 2]) -> impl FnMut(usize) -> Option<(f64, f64, f64)> {
+    let [left, right] = points;
+    let mut behind = 0;
+    move |i: usize| {
+        let &(v, u) = left.get(i)?;
+        // Turned rows are nearly in order: it goes back where they are not.
+        while behind > 0 && right[behind - 1].0 >= v {
+            behind -= 1;
+        }
+        while right.get(behind)?.0 < v {
+            behind += 1;
+        }
+        let (a, b) = (right.get(behind.checked_sub(1)?)?, right.get(behind)?);
+        let part = (v - a.0) / (b.0 - a.0);
+        let is_near = b.0 - a.0 < GAP_PX && part.is_finite();
+        is_near.then_some((v, u, a.1 + part * (b.1 - a.1)))
     }
-    tm / tt
 }
 
 /// The part of the axis along which both sides have edges.
@@ -60,18 +72,9 @@ pub(super) fn largest(of: &dyn Fn(f64) -> f64, (from, to): (f64, f64)) -> f64 {
     if bend < 0.0 { at(top) + 0.5 * step * (a - c) / bend } else { at(top) }
 }
 
-/// Widths all along: between the edges of one side and the line through the nearest two of the other.
+/// Widths all along: between the edges of the left side and the line through the nearest two of the right.
 pub(super) fn profile(points: &[Vec<(f64, f64)>; 2], origin: f64, std_px: f64) -> Vec<Width> {
-    let mut right = points[1].clone();
-    right.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut left = points[0].clone();
-    left.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let width = |&(v, u): &(f64, f64)| {
-        let i = right.partition_point(|p| p.0 < v);
-        let (a, b) = (right.get(i.checked_sub(1)?)?, right.get(i)?);
-        let part = (v - a.0) / (b.0 - a.0);
-        let other = a.1 + part * (b.1 - a.1);
-        (b.0 - a.0 < 3.0 && part.is_finite()).then_some(Width { along_px: v - origin, width_px: other - u, std_px })
-    };
-    left.iter().filter_map(width).collect()
+    let mut opposite = opposite(points);
+    let width = |(v, a, b): (f64, f64, f64)| Width { along_px: v - origin, width_px: b - a, std_px };
+    (0..points[0].len()).filter_map(|i| opposite(i).map(width)).collect()
 }

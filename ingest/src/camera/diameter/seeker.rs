@@ -96,8 +96,11 @@ impl<'a> Seeker<'a> {
             self.rows.read(row, window.from, &mut self.line);
             let edge = self.kernels.edge(&self.blur, window, &self.line)?;
             let at = window.from as f64 + edge.at;
-            if (at - guess).abs() < GOOD_BLURS * seen_px || step == STEPS_MAX {
+            if (at - guess).abs() < GOOD_BLURS * seen_px {
                 return Some(self.found(row, window.from, edge));
+            }
+            if step == STEPS_MAX {
+                return None;
             }
             guess = at;
         }

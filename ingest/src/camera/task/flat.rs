@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::{Bending, EdgeUse, Imprint, MM, Marks, Reading, Sense, Setup, Value};
+use super::{Bending, EdgeUse, Imprint, MM, Marks, Profile, Reading, Sense, Setup, Value, srgb_px};
 use crate::camera::bending::direction;
 use crate::camera::scale::Scale;
 
@@ -25,7 +25,7 @@ impl Setup {
     }
 
     /// A length in px, with its standard uncertainty, in mm where there is a scale.
-    fn length(&self, px: f64, std_px: f64) -> Value {
+    pub(super) fn length(&self, px: f64, std_px: f64) -> Value {
         self.plane().map_or(Value { value: px, std: std_px }, |scale| {
             let length = scale.length(px, std_px);
             Value { value: length.metre / MM, std: length.std / MM }
@@ -68,6 +68,13 @@ impl Setup {
                 tip_across.value
             ),
         };
+        let mm_per_px = self.plane().map_or(1.0, |scale| scale.metre_per_px / MM);
+        let points = found.curvature.iter().map(|at| {
+            let value = Value { value: sign * at.per_px / mm_per_px, std: at.std_per_px / mm_per_px };
+            (at.along_px * mm_per_px, value)
+        });
+        let per = if self.scale.is_some() { "1/mm" } else { "1/px" };
+        let profile = Some(Profile { name: ("curvature", per), along_unit: unit, points: points.collect() });
         let mut values = vec![
             angle,
             tip_along,
@@ -80,7 +87,14 @@ impl Setup {
         if found.blur_px.is_finite() {
             values.push(Value { value: found.blur_px, std: f64::NAN });
         }
-        Reading { values, notes: found.flags.iter().map(ToString::to_string).collect(), marks, ignored_m: None }
+        Reading {
+            values,
+            profile,
+            notes: found.flags.iter().map(ToString::to_string).collect(),
+            marks,
+            ignored_m: None,
+            srgb_px: srgb_px(found.levels, found.blur_px),
+        }
     }
 
     /// The values of an imprint.
@@ -104,12 +118,23 @@ impl Setup {
             label: format!("{:.2} ± {:.2} {unit}", area.value, 1.96 * area.std),
             ..Marks::default()
         };
+        // Of the colour in which paper and paint differ most.
+        let levels = (0..3).map(|c| (found.colours[0][c], found.colours[1][c]));
+        let most = levels.max_by(|a, b| (a.0 - a.1).abs().total_cmp(&(b.0 - b.1).abs())).unwrap_or_default();
+        let srgb_px = srgb_px(most, found.blur_px);
         let values = vec![
             area,
             Value { std: f64::NAN, ..square(found.holes.0, 0.0) },
             Value { std: f64::NAN, ..self.length(found.rim_px, 0.0) },
             Value { value: found.blur_px, std: f64::NAN },
         ];
-        Ok(Reading { values, notes: found.notes.iter().map(ToString::to_string).collect(), marks, ignored_m: None })
+        Ok(Reading {
+            values,
+            profile: None,
+            notes: found.notes.iter().map(ToString::to_string).collect(),
+            marks,
+            ignored_m: None,
+            srgb_px,
+        })
     }
 }

@@ -1,5 +1,7 @@
 //! How pictures become numbers: `camera` of a reader.
 
+use std::ops::Range;
+
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -29,7 +31,7 @@ pub(in crate::manifest) struct RawCamera {
     axis: Option<RawAxis>,
     body: Option<RawBody>,
     region: Option<Spanned<[usize; 4]>>,
-    tone: Option<RawTone>,
+    tone: Option<Spanned<RawTone>>,
     root: Option<Spanned<[f64; 2]>>,
     heading: Option<Amount>,
     markers: Option<RawMarkers>,
@@ -77,10 +79,10 @@ struct RawMarkers {
 
 /// How a camera stores light: a word, or an exponent.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, deny_unknown_fields)]
 enum RawTone {
-    Word(Spanned<String>),
-    Gamma { gamma: Spanned<f64> },
+    Word(String),
+    Gamma { gamma: f64 },
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -157,7 +159,7 @@ impl RawCamera {
             lens: self.lens.as_ref().map(|lens| lens.checked(document)).transpose()?,
             distance: distance.map(|(metre, std)| Length { metre, std }),
             offset_m,
-            tone: self.tone.as_ref().map(|tone| tone.checked(document)).transpose()?.unwrap_or_default(),
+            tone: self.tone.as_ref().map(|tone| tone.get_ref().checked(tone.span(), document)).transpose()?,
         };
         let what = self.what(document)?;
         let names = |text: &Spanned<String>| {
@@ -343,13 +345,13 @@ impl RawMarkers {
 }
 
 impl RawTone {
-    fn checked(&self, document: &Document) -> Result<Tone, IngestError> {
+    fn checked(&self, span: Range<usize>, document: &Document) -> Result<Tone, IngestError> {
         let expected = "\"linear\", \"srgb\", or { gamma = 2.2 } with an exponent > 0";
-        let (tone, span, found) = match self {
-            Self::Word(word) if word.get_ref() == "linear" => return Ok(Tone::Linear),
-            Self::Word(word) if word.get_ref() == "srgb" => return Ok(Tone::Srgb),
-            Self::Word(word) => (None, word.span(), shown(word.get_ref())),
-            Self::Gamma { gamma } => (Some(Tone::Gamma(*gamma.get_ref())), gamma.span(), gamma.get_ref().to_string()),
+        let (tone, found) = match self {
+            Self::Word(word) if word == "linear" => return Ok(Tone::Linear),
+            Self::Word(word) if word == "srgb" => return Ok(Tone::Srgb),
+            Self::Word(word) => (None, shown(word)),
+            Self::Gamma { gamma } => (Some(Tone::Gamma(*gamma)), gamma.to_string()),
         };
         tone.filter(|tone| tone.is_sound()).ok_or_else(|| document.malformed(span, expected, found, "correct it"))
     }
