@@ -101,12 +101,18 @@ fn the_pictures_of_a_topic_are_measured_at_their_stamps() {
                 FindingKind::NotMeasured,
                 FindingKind::PictureQuality,
                 FindingKind::PictureScale,
+                FindingKind::PictureScale,
             ],
         ),
         (
             "/png",
             22,
-            vec![FindingKind::BrokenPicture, FindingKind::PictureQuality, FindingKind::PictureScale, PictureScale],
+            vec![
+                FindingKind::BrokenPicture,
+                FindingKind::PictureQuality,
+                FindingKind::PictureScale,
+                FindingKind::PictureScale,
+            ],
         ),
     ] {
         let found = read(&RawFile::of_bytes("r.mcap", &bytes), &options(topic), Keep::All).unwrap();
