@@ -32,10 +32,11 @@ const PROFILE_STEP: usize = 4;
 const LEAST_SHARE: f64 = 0.45;
 const JUMP: f64 = 1.5;
 
-/// An edge is odd where its line strays so many times as much as the others' (in squares, beside what rounding to whole steps makes), or
-/// where its height is off by so many deviations and by such a share.
+/// An edge is odd where its line strays so many times as much as the others' (in squares, beside what rounding to whole steps makes) and by
+/// such a share of its height, or where its height is off by so many deviations and by such a share.
 const ODD_NOISE: f64 = 3.0;
 const QUANTISED: f64 = 0.25;
+const ODD_SHARE: f64 = 0.06;
 const ODD_STDS: f64 = 5.0;
 const ODD_HEIGHT: f64 = 0.1;
 const DEGREE_HEIGHT: usize = 2;
@@ -355,7 +356,8 @@ fn sound(mut side: Vec<Found>) -> Vec<Found> {
     let range = side.first().zip(side.last()).map_or((0.0, 0.0), |(a, b)| (a.row, b.row));
     let smooth = Curve::fit(&heights, range, DEGREE_HEIGHT);
     for (f, (row, height)) in side.iter_mut().zip(&heights) {
-        let is_step = f.edge.left.0 / freedom(f) <= ODD_NOISE * usual + QUANTISED;
+        let allowed = (ODD_NOISE * usual + QUANTISED).max((ODD_SHARE * height).powi(2));
+        let is_step = f.edge.left.0 / freedom(f) <= allowed;
         let is_like = smooth.as_ref().is_none_or(|curve| {
             let expected = curve.at(*row);
             (height - expected).abs() <= (ODD_STDS * curve.left).max(ODD_HEIGHT * expected.abs())
@@ -408,7 +410,8 @@ fn measure(
     }
     let (curves, degree) = (curves, degree);
     let width = |v: f64| curves[1].at(v) - curves[0].at(v);
-    let at = largest(&width, range);
+    // A cylinder is as wide everywhere.
+    let at = if degree == 0 { f64::midpoint(range.0, range.1) } else { largest(&width, range) };
     let is_cut = body.rows.first().is_some_and(|row| is_at_end(row, body))
         || body.rows.last().is_some_and(|row| is_at_end(row, body));
     // Widest at the end of what is seen, and still growing: more lies outside.

@@ -1,5 +1,7 @@
 //! What became of pictures, as columns and findings of their log.
 
+use std::collections::BTreeMap;
+
 use crate::camera::photograph::Photograph;
 use crate::camera::picture::Picture;
 use crate::camera::task::{Marks, Reading, Task};
@@ -34,6 +36,7 @@ impl Row {
         // Thousands of edges of thousands of pictures are not kept for nothing.
         if let Ok(Some(reading)) = &mut found {
             reading.marks = Marks::default();
+            reading.profile = None;
         }
         let reading = found.map_err(|why| (FindingKind::NotMeasured, why));
         Self { name: name.to_owned(), size: Some((picture.width(), picture.height())), reading, photograph }
@@ -69,13 +72,7 @@ pub(super) fn add(sheet: &mut Sheet, file: &str, rows: &[Row], task: Option<&Tas
         sheet.add(&name, Some(unit), std, |i| of(i).map_or(f64::NAN, |v| v.value));
         sheet.add(&format!("{name}_std"), Some(unit), None, |i| of(i).map_or(f64::NAN, |v| v.std));
     }
-    let noted = |row: &Row| {
-        let notes = row.reading()?.notes.join("; ");
-        (!notes.is_empty()).then(|| format!("{}: {notes}", row.name))
-    };
-    let such: Vec<String> = rows.iter().filter_map(noted).collect();
-    let mut findings: Vec<Finding> =
-        told_of(file, FindingKind::PictureQuality, Severity::Note, &such).into_iter().collect();
+    let mut findings: Vec<Finding> = noted(file, rows).into_iter().collect();
     let readings: Vec<&Reading> = rows.iter().filter_map(Row::reading).collect();
     findings.extend(task.warnings(&readings).into_iter().map(|text| Finding {
         kind: FindingKind::PictureScale,
@@ -87,6 +84,27 @@ pub(super) fn add(sheet: &mut Sheet, file: &str, rows: &[Row], task: Option<&Tas
         text,
     }));
     findings
+}
+
+/// What is worth knowing of pictures, once for all of which the same is.
+fn noted(file: &str, rows: &[Row]) -> Option<Finding> {
+    // Notes, with the first picture that has them and how many have.
+    let mut alike: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+    for (i, row) in rows.iter().enumerate() {
+        let notes = row.reading().map_or(String::new(), |reading| reading.notes.join("; "));
+        if !notes.is_empty() {
+            alike.entry(notes).or_insert((i, 0)).1 += 1;
+        }
+    }
+    let count = alike.values().map(|(_, count)| count).sum();
+    let mut alike: Vec<(String, (usize, usize))> = alike.into_iter().collect();
+    alike.sort_by_key(|(_, (first, _))| *first);
+    let told = |(notes, (first, count)): &(String, (usize, usize))| match count {
+        1 => format!("{}: {notes}", rows[*first].name),
+        _ => format!("{count} of {} pictures, {} the first: {notes}", rows.len(), rows[*first].name),
+    };
+    let told: Vec<String> = alike.iter().map(told).collect();
+    told_of(file, FindingKind::PictureQuality, Severity::Note, &told).map(|finding| Finding { count, ..finding })
 }
 
 /// A finding about some of the pictures.
