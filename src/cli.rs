@@ -84,9 +84,34 @@ pub struct Validate {
     /// Exit 0 whatever the verdicts; page one says so
     #[arg(long)]
     pub report_only: bool,
-    /// Print results.json instead of the table
-    #[arg(long)]
+    #[command(flatten)]
+    pub told: Told,
+}
+
+/// How the results are told on standard output.
+#[derive(Args)]
+pub struct Told {
+    /// Print the results as CI servers and people read them, instead of the table
+    #[arg(long, value_enum, default_value_t = ToldFormat::Table)]
+    pub format: ToldFormat,
+    /// As --format json
+    #[arg(long, conflicts_with = "format")]
     pub json: bool,
+}
+
+/// What results are printed as.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ToldFormat {
+    /// Rows, reasons, the decision
+    Table,
+    /// results.json
+    Json,
+    /// XML of `JUnit`, as Jenkins and GitLab read it
+    Junit,
+    /// For a pull request, or the summary of a job
+    Markdown,
+    /// Annotations of GitHub Actions
+    Github,
 }
 
 /// Look at the logs in a folder and write a first session.toml, with rig.toml, actuator.toml and bounds.toml to fill in.
@@ -176,16 +201,17 @@ pub enum ExportFormat {
 
 /// Judge stored results again; the exit code is the verdict.
 #[derive(Args)]
-#[command(after_help = "Examples:\n  pneuval gate report\n  pneuval gate report --bounds stricter.toml")]
+#[command(
+    after_help = "Examples:\n  pneuval gate report\n  pneuval gate report --bounds stricter.toml\n  pneuval gate report --format github                     in a job of GitHub Actions"
+)]
 pub struct Gate {
     /// A report, its results folder, or results.json
     pub results: PathBuf,
     /// Bounds to judge by, instead of the stored ones
     #[arg(long, value_name = "FILE")]
     pub bounds: Option<PathBuf>,
-    /// Print the judged results as JSON instead of the table
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub told: Told,
 }
 
 /// Draw the report again from stored numbers; nothing is computed anew.

@@ -5,7 +5,7 @@ use pneuval_analysis::{folder, gate};
 use crate::cli::Gate;
 use crate::exit::{self, Failure, Outcome};
 use crate::validate::named_bounds;
-use crate::{output, table};
+use crate::{output, told};
 
 pub fn run(arguments: &Gate) -> Result<Outcome, Failure> {
     let named = arguments.bounds.as_deref().map(named_bounds).transpose()?;
@@ -15,10 +15,6 @@ pub fn run(arguments: &Gate) -> Result<Outcome, Failure> {
     results.report_only = false;
     gate::rejudge(&mut results, named.as_ref().map(|(bounds, _)| bounds))?;
     output::tell_findings(&results);
-    if arguments.json {
-        output::print_json_text(&folder::to_json(&results)?)?;
-    } else {
-        output::print(&table::render(&results))?;
-    }
+    told::print(&results, &arguments.told, None)?;
     Ok(exit::of_results(&results))
 }

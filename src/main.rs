@@ -16,6 +16,7 @@ mod rehearse;
 mod report;
 mod selftest;
 mod table;
+mod told;
 mod validate;
 
 use std::process::ExitCode;

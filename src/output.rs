@@ -5,6 +5,7 @@ use std::io::{self, Write as _};
 
 use serde::Serialize;
 
+use pneuval_analysis::format::visible;
 use pneuval_analysis::results::Results;
 
 /// Prints text to standard output.
@@ -62,17 +63,4 @@ pub fn tell_findings(results: &Results) {
         let place = finding.dataset.as_ref().map_or(String::new(), |id| format!("{id}, {file}"));
         tell(&format!("{}: {place}{}", finding.severity.name(), finding.text));
     }
-}
-
-/// What a file or a flag held must not steer the terminal: control characters as escapes, line breaks kept.
-fn visible(message: &str) -> String {
-    let mut out = String::with_capacity(message.len());
-    for c in message.chars() {
-        if c.is_control() && c != '\n' {
-            out.extend(c.escape_unicode());
-        } else {
-            out.push(c);
-        }
-    }
-    out
 }

@@ -12,7 +12,7 @@ use pneuval_ingest::{digest, limits};
 
 use crate::cli::Validate;
 use crate::exit::{self, Failure, Outcome};
-use crate::{output, table};
+use crate::{output, told};
 
 pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
     let named = arguments.bounds.as_deref().map(named_bounds).transpose()?;
@@ -32,14 +32,8 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
         folder::publish(&arguments.out, evaluation, drawing)?
     };
     output::tell_findings(&results);
-    if arguments.json {
-        output::print_json_text(&folder::to_json(&results)?)?;
-    } else if arguments.no_report {
-        output::print(&table::render(&results))?;
-    } else {
-        let index = arguments.out.join("index.html");
-        output::print(&format!("{}Report: {}\n", table::render(&results), index.display()))?;
-    }
+    let index = arguments.out.join("index.html");
+    told::print(&results, &arguments.told, Some(index.as_path()).filter(|_| !arguments.no_report))?;
     Ok(exit::of_results(&results))
 }
 

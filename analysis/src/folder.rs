@@ -5,6 +5,8 @@
 //! OUT/results/results.json                 every number, with the digests of the files below
 //! OUT/results/results.schema.json          its JSON Schema
 //! OUT/results/series.parquet               curves
+//! OUT/results/points.csv, points.parquet   every point that is compared
+//! OUT/results/junit.xml, summary.md        the decision for CI servers and pull requests
 //! OUT/results/figures/*.png                figures
 //! OUT/results/photographs/*.jpg            photographs with what was measured in them
 //! ```
@@ -17,6 +19,7 @@ use pneuval_ingest::store::{read_parquet, write_parquet};
 use pneuval_ingest::{IngestError, digest, limits};
 
 use crate::AnalysisError;
+use crate::ci;
 use crate::compare::Evaluation;
 use crate::photographs::{self, PHOTOGRAPHS, Shown};
 use crate::place::{self, Kind};
@@ -27,6 +30,10 @@ use crate::series;
 const RESULTS: &str = "results.json";
 const SCHEMA: &str = "results.schema.json";
 const SERIES: &str = "series.parquet";
+const POINTS_CSV: &str = "points.csv";
+const POINTS_PARQUET: &str = "points.parquet";
+const JUNIT: &str = "junit.xml";
+const SUMMARY: &str = "summary.md";
 const FIGURES: &str = "figures";
 /// The results folder inside a report.
 const FOLDER: &str = "results";
@@ -98,6 +105,18 @@ fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Re
     for (name, jpeg) in &photographs {
         write(&folder.join(name), jpeg)?;
         results.files.insert(name.clone(), digest::sha256(jpeg));
+    }
+    write_parquet(&folder.join(POINTS_PARQUET), &ci::points(&results))?;
+    let parquet = folder.join(POINTS_PARQUET);
+    let parquet = fs::read(&parquet).map_err(|source| IngestError::read(&parquet, source))?;
+    results.files.insert(POINTS_PARQUET.to_owned(), digest::sha256(&parquet));
+    for (name, bytes) in [
+        (POINTS_CSV, ci::points_csv(&results)?),
+        (JUNIT, ci::junit(&results)?.into_bytes()),
+        (SUMMARY, ci::markdown(&results).into_bytes()),
+    ] {
+        write(&folder.join(name), &bytes)?;
+        results.files.insert(name.to_owned(), digest::sha256(&bytes));
     }
     let json = readable_json(&folder.join(RESULTS), &results)?;
     write(&folder.join(RESULTS), json.as_bytes())?;

@@ -2,6 +2,25 @@
 
 use pneuval_ingest::units::{Dimension, Unit};
 
+/// Text of files and users as it can be shown anywhere: control characters and marks that turn the direction of writing are visible escapes,
+/// line breaks are kept.
+pub fn visible(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if (c.is_control() && c != '\n') || is_direction(c) {
+            out.extend(c.escape_unicode());
+        } else {
+            out.push(c);
+        }
+    }
+    out
+}
+
+/// Marks that turn the direction of the writing (Unicode's UAX 9).
+fn is_direction(c: char) -> bool {
+    matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 /// A number with a fixed count of decimals and a true minus sign; a non-finite one is named.
 pub fn fixed(value: f64, decimals: usize) -> String {
     if value.is_nan() {
@@ -83,6 +102,7 @@ mod tests {
 
     #[test]
     fn numbers_read_as_they_should() {
+        assert_eq!(visible("a\u{1b}[1m\nb\u{202e}c"), "a\\u{1b}[1m\nb\\u{202e}c");
         assert_eq!(fixed(-0.000_01, 2), "0.00");
         assert_eq!(fixed(-1.5, 1), "\u{2212}1.5");
         assert_eq!(fixed(f64::NAN, 1), "not a number");

@@ -25,6 +25,7 @@
 //! | [`records`] | what the results say of actuators, sessions and findings |
 //! | [`gate`] | stored metrics and bounds to verdicts, and their sentences |
 //! | [`results`] | every number, computed once; the schema of `results.json` |
+//! | [`ci`] | the decision as other programs read it |
 //! | [`folder`] | the results folder on disk |
 //! | [`export`] | measured and predicted values as files for other programs |
 //! | [`report`] | figures and pages, drawn from stored numbers only |
@@ -33,6 +34,7 @@
 
 pub mod align;
 pub mod bounds;
+pub mod ci;
 pub mod compare;
 mod decide;
 pub mod error;

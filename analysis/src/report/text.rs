@@ -1,6 +1,8 @@
 //! The texts that pages and the terminal share, so that they cannot disagree.
 
-pub use super::view::{DASH, DecisionView, NotedText, bounds, excluded, expectation, metric_cell, relative_metric};
+pub use super::view::{
+    DASH, DecisionView, NotedText, bounds, counted, excluded, expectation, metric_cell, relative_metric,
+};
 
 use crate::results::Results;
 

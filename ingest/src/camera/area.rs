@@ -86,6 +86,8 @@ pub enum Note {
     Blurred(f64),
     /// So much of what is coloured, as a share of the paint, is of another colour and does not count.
     OtherColour(f64),
+    /// So much of the imprint, as a share, is of another colour than most of it, and counts.
+    OtherColourCounts(f64),
 }
 
 impl fmt::Display for Note {
@@ -94,6 +96,12 @@ impl fmt::Display for Note {
             Self::Specks(count, px2) => write!(f, "{count} specks of {px2:.0} px² in all do not count"),
             Self::Uneven(share) => write!(f, "the paint is uneven by {:.0} %", 100.0 * share),
             Self::Blurred(px) => write!(f, "the rim is blurred by {px:.1} px"),
+            Self::OtherColourCounts(share) => write!(
+                f,
+                "{:.0} % of the painted area is of another colour than the rest, and counts: if it is none of the imprint, name the `paint`, or \
+                 a `region` without it",
+                100.0 * share
+            ),
             Self::OtherColour(share) => {
                 write!(f, "something of another colour, {:.0} % of the painted area, does not count", 100.0 * share)
             }

@@ -49,6 +49,9 @@ const STRAIGHT_PX: f64 = 0.1;
 /// One degree more is to be worth so many times what Schwarz's criterion asks: a bend that is not there turns the end.
 const STRICT: f64 = 2.0;
 
+/// A finger is at most so many times as wide where it begins as farther on; more may be a mount.
+const WIDER: f64 = 1.12;
+
 /// Sides of a polygon that stands for a curve.
 const SIDES: usize = 60;
 
@@ -140,6 +143,8 @@ pub enum BendingFlag {
     Blurred(f64),
     /// One side is wavy: the other tells how it bends.
     OneSide,
+    /// So many times as wide where it begins as farther on, without a step in its width.
+    Wider(f64),
     /// So many spots of the markers' colour are too small for markers.
     Specks(usize),
     /// Middles stray by so many px about the centreline: a wavy outline.
@@ -157,6 +162,10 @@ impl fmt::Display for BendingFlag {
             }
             Self::Blurred(px) => write!(f, "blurred by {px:.1} px"),
             Self::OneSide => write!(f, "one side is wavy: its centreline was taken from the smooth one"),
+            Self::Wider(times) => write!(
+                f,
+                "{times:.2} times as wide where it begins as farther on: if that is a mount, name the `root` where it ends"
+            ),
             Self::Specks(count) => write!(f, "{count} small spots of the markers' colour beside them"),
             Self::Wavy(px) => write!(f, "its outline is wavy: the middle strays by {px:.2} px about the centreline"),
         }
@@ -272,7 +281,9 @@ pub fn bending(
         (None, Some(mount)) => {
             let near = path.nearest_of_all(mount);
             let reach = 2.5 * coarse.step + half_px;
-            looked.shoulders(path, near, half_px, reach).ok_or(BendingRefusal::NoShoulders)
+            let beside = |half_px: f64| looked.shoulders(path, near, half_px, reach);
+            // One that tapers is wider there than in its middle.
+            beside(half_px).or_else(|| beside(half_px * coarse.wider)).ok_or(BendingRefusal::NoShoulders)
         }
         (None, None) => Ok((leaves(picture, &sought, path), 0.0)),
     };
@@ -343,6 +354,9 @@ pub fn bending(
     }
     if looked.blur_px > 4.0 {
         flags.push(BendingFlag::Blurred(looked.blur_px));
+    }
+    if coarse.wider > WIDER && coarse.mount.is_none() && sought.root.is_none() {
+        flags.push(BendingFlag::Wider(coarse.wider));
     }
     if sides.smooth_side().is_some() {
         flags.push(BendingFlag::OneSide);

@@ -22,6 +22,8 @@ pub(super) struct Field {
     pub mask: Vec<bool>,
     /// Pixels of another colour.
     pub others: usize,
+    /// Whether they count.
+    pub others_count: bool,
 }
 
 impl Field {
@@ -40,16 +42,16 @@ impl Field {
                 let rgb = picture.rgb(left + x, top + y);
                 let over = Vector3::from_fn(|k, _| f64::from(rgb[k]) / light[k] - 1.0);
                 let share = over.dot(&paint) * per;
-                // Mixtures with paper lie on the line; where a colour was named, what lies beside it is another.
-                let is_other = is_named && share > 0.3 && beside(&over, &paint) > limit * share.max(0.5);
-                others += usize::from(is_other);
+                // Mixtures with paper lie on the line; what lies beside it is another colour, and counts unless the paint was named.
+                let is_beside = share > 0.3 && beside(&over, &paint) > limit * share.max(0.5);
+                others += usize::from(is_beside);
                 // Shares are of the order of one: single precision holds them to a millionth.
                 #[allow(clippy::cast_possible_truncation)]
-                shares.push(if is_other { 0.0 } else { share as f32 });
+                shares.push(if is_beside && is_named { 0.0 } else { share as f32 });
             }
         }
         let mask = shares.iter().map(|share| *share > 0.5).collect();
-        let field = Self { origin: (left, top), width, height, shares, mask, others };
+        let field = Self { origin: (left, top), width, height, shares, mask, others, others_count: !is_named };
         if field.mask.iter().any(|m| *m) { Ok(field) } else { Err(AreaRefusal::NoPaint) }
     }
 

@@ -247,7 +247,7 @@ pub(super) fn measured(
     }
     let others = field.others as f64 / area_px2.max(1.0);
     if others > OTHER {
-        notes.push(Note::OtherColour(others));
+        notes.push(if field.others_count { Note::OtherColourCounts(others) } else { Note::OtherColour(others) });
     }
     let outline = (0..mask.len())
         .filter(|&i| mask[i] && is_large(labels[i]) && is_rim(i))

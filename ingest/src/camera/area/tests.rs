@@ -154,6 +154,13 @@ fn specks_other_colours_and_filled_holes_are_as_asked_for() {
     let named = plain(&ruler, SoughtArea { paint: Some([150.0, 40.0, 38.0]), ..SoughtArea::default() }).unwrap();
     assert!((named.area_px2 / shape.px2() - 1.0).abs() < 0.005, "{named:?}");
     assert!(named.notes.iter().any(|note| matches!(note, Note::OtherColour(_))), "{:?}", named.notes);
+    // A small sticker counts as long as no paint is named, and that is told.
+    let sticker = picture(&shape, &taken, &|x, y| {
+        ((20.0..70.0).contains(&x) && (290.0..330.0).contains(&y)).then_some([30.0, 80.0, 170.0])
+    });
+    let found = plain(&sticker, SoughtArea::default()).unwrap();
+    assert!((found.area_px2 - shape.px2() - 2000.0).abs() < 0.01 * shape.px2(), "{}", found.area_px2);
+    assert!(found.notes.iter().any(|note| matches!(note, Note::OtherColourCounts(_))), "{:?}", found.notes);
     // A region without the ruler is as good.
     let region = Some([60, 20, 380, 290]);
     let found = plain(&ruler, SoughtArea { region, ..SoughtArea::default() }).unwrap();

@@ -44,6 +44,8 @@ pub(super) struct Strip {
     pub middles: Vec<Place>,
     /// Where a mount ends that is wider than the finger.
     pub mount: Option<Place>,
+    /// How many times as wide as farther on it is where it begins.
+    pub wider: f64,
 }
 
 /// Finds the finger.
@@ -119,11 +121,13 @@ pub(super) fn strip(picture: &Picture, sought: &SoughtBending) -> Result<Strip, 
     if at_border.iter().any(|&i| apart(i, tip) < wide) && sought.root.is_some() {
         return Err(BendingRefusal::TwoExits);
     }
-    if f64::from(length) / f64::from(ALONG) < LONG * 2.0 * radius {
+    // A mount is deeper than the finger: half the finger's width is that of its outer half.
+    let half = half_width(&way, length).max(1.0);
+    if f64::from(length) / f64::from(ALONG) < LONG * 2.0 * half {
         return Err(BendingRefusal::Short);
     }
     // Parts of half a width each; those within half a width of either end are round, or cut.
-    let part_length = (radius * f64::from(ALONG)).max(2.0 * f64::from(ALONG));
+    let part_length = (half * f64::from(ALONG)).max(2.0 * f64::from(ALONG));
     // Hundreds at most.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let bins = (f64::from(length) / part_length) as usize;
@@ -147,10 +151,23 @@ pub(super) fn strip(picture: &Picture, sought: &SoughtBending) -> Result<Strip, 
     if middles.len() < 4 {
         return Err(BendingRefusal::Short);
     }
+    let first = median(of_finger[..of_finger.len().div_ceil(4)].iter().map(|part| part.1).collect());
     let cells: f64 = of_finger.iter().map(|part| part.1).sum();
     let along = middles.windows(2).map(|p| (p[1] - p[0]).norm()).sum::<f64>() / (middles.len() - 1) as f64;
     let half_px = 0.5 * cells / middles.len() as f64 * (step * step) as f64 / along;
-    Ok(Strip { is_dark, step: step as f64, half_px, middles, mount })
+    Ok(Strip { is_dark, step: step as f64, half_px, middles, mount, wider: first / usual })
+}
+
+/// Half the width of the outer half of a strip, in steps: the median of how many places lie as far on the way.
+fn half_width(way: &[u32], length: u32) -> f64 {
+    let fine = 2 * ALONG;
+    let mut counts = vec![0.0; (length / fine) as usize + 1];
+    for d in way.iter().filter(|d| **d < u32::MAX) {
+        counts[(d / fine) as usize] += 1.0;
+    }
+    let outer = counts.len() / 2..counts.len() - counts.len() / 10;
+    // Places of two steps of the way, on both sides.
+    median(counts[outer].to_vec()) / 4.0
 }
 
 /// The shortest way within a part from some of its places to every other, in units of [`ALONG`] a step.

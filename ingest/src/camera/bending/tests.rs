@@ -19,6 +19,8 @@ struct Finger {
     bend: (f64, f64),
     half: f64,
     wave: f64,
+    /// Half the width of a mount from which it hangs; 0: none.
+    mount: f64,
     blur: f64,
     noise: f64,
     levels: (f64, f64),
@@ -36,6 +38,7 @@ impl Default for Finger {
             bend: (0.5 * half_turn / 380.0, 0.5 * half_turn / 380.0),
             half: 33.0,
             wave: 0.0,
+            mount: 0.0,
             blur: 1.7,
             noise: 3.0,
             levels: (200.0, 50.0),
@@ -69,6 +72,12 @@ impl Finger {
         (at + direction(angle) * self.half, angle - self.heading)
     }
 
+    /// Whether a place above the end of the mount is the finger's, which came back up.
+    fn is_curled(&self, place: Place, line: &[(f64, Place, f64)]) -> bool {
+        let behind = line.iter().skip(line.len() / 2);
+        behind.map(|(_, at, _)| (at - place).norm()).fold(f64::INFINITY, f64::min) < self.half
+    }
+
     fn picture(&self) -> Picture {
         let (w, h) = SIZE;
         let line = self.line();
@@ -80,6 +89,9 @@ impl Finger {
         let coarse: Vec<usize> = (0..line.len()).step_by(24).collect();
         let is_in = |x: f64, y: f64| {
             let place = Place::new(x, y);
+            if self.mount > 0.0 && y < self.y {
+                return (x - self.x).abs() < self.mount || self.is_curled(place, &line);
+            }
             let near = nearest(place, &coarse);
             let range: Vec<usize> = (near.saturating_sub(24)..(near + 25).min(line.len())).collect();
             let i = nearest(place, &range);
@@ -174,6 +186,36 @@ fn an_arc_has_its_curvature_everywhere_and_a_clothoid_strays_from_any() {
     assert!(found.degree >= 2 && (1.0..6.0).contains(&found.arc.rms_px), "{} {:?}", found.degree, found.arc);
     let ends = (found.curvature[0].per_px, found.curvature[PROFILE - 1].per_px);
     assert!((ends.0 / bend - 0.4).abs() < 0.05 && (ends.1 / bend - 1.6).abs() < 0.05, "{ends:?}");
+}
+
+#[test]
+fn a_finger_is_measured_however_far_it_curls_and_however_wide_its_mount_is() {
+    let turn = |degrees: f64, length: f64| (degrees.to_radians() / length, degrees.to_radians() / length);
+    for (degrees, half, mount) in [(40.0, 18.0, 26.0), (150.0, 12.0, 60.0), (190.0, 12.0, 60.0), (225.0, 16.0, 50.0)] {
+        let finger =
+            Finger { x: 400.0, y: 90.0, length: 260.0, bend: turn(degrees, 260.0), half, mount, ..Finger::default() };
+        let (tip, angle) = finger.tip();
+        let found = plain(&finger.picture(), SoughtBending::default()).unwrap_or_else(|why| panic!("{degrees}: {why}"));
+        let off = (found.angle_rad - angle).to_degrees();
+        assert!(off.abs() < 0.2 && (found.tip - tip).norm() < 0.2, "{degrees}: {off} {} {tip}", found.tip);
+        assert!((found.root - Place::new(400.0, 90.0)).norm() < 0.5 && found.flags.is_empty(), "{degrees}: {found:?}");
+    }
+    // A mount that is hardly wider than the finger cannot be told from it: that is told.
+    let slim = Finger {
+        x: 400.0,
+        y: 120.0,
+        length: 260.0,
+        bend: turn(40.0, 260.0),
+        half: 18.0,
+        mount: 22.0,
+        ..Finger::default()
+    };
+    let found = plain(&slim.picture(), SoughtBending::default()).unwrap();
+    assert!(
+        found.flags.iter().any(|flag| matches!(flag, BendingFlag::Wider(times) if *times > 1.12)),
+        "{:?}",
+        found.flags
+    );
 }
 
 #[test]

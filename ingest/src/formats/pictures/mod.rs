@@ -17,6 +17,7 @@ mod bag;
 mod measured;
 pub mod names;
 
+use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::io::Read;
 
@@ -112,10 +113,22 @@ pub fn open(raw: &RawFile) -> Result<Result<Picture, String>, IngestError> {
     if raw.len() > PICTURE_BYTES_MAX {
         return Ok(Err(format!("{} bytes are more than the {PICTURE_BYTES_MAX} that are read", raw.len())));
     }
-    let mut bytes = Vec::new();
-    raw.reader()?.read_to_end(&mut bytes).map_err(|source| raw.failed(source))?;
-    Ok(decode(&bytes).map_err(|broken| broken.to_string()))
+    // Pictures of a folder are about as large: memory is asked of the system once a thread.
+    BYTES.with_borrow_mut(|bytes| {
+        bytes.clear();
+        bytes.shrink_to(KEPT_BYTES);
+        raw.reader()?.read_to_end(bytes).map_err(|source| raw.failed(source))?;
+        Ok(decode(bytes).map_err(|broken| broken.to_string()))
+    })
 }
+
+thread_local! {
+    /// The bytes of the picture that is read.
+    static BYTES: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Of which so many are kept for the next.
+const KEPT_BYTES: usize = 32 << 20;
 
 /// Reads pictures as a recording of one table.
 ///
