@@ -42,6 +42,8 @@ pub enum Command {
     Export(Export),
     /// Judge stored results again; the exit code is the verdict
     Gate(Gate),
+    /// Record results as the baseline that later ones are held against
+    Accept(Accept),
     /// Draw the report again from stored numbers
     Report(Report),
     /// Print what the models predict over pressure
@@ -202,7 +204,7 @@ pub enum ExportFormat {
 /// Judge stored results again; the exit code is the verdict.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  pneuval gate report\n  pneuval gate report --bounds stricter.toml\n  pneuval gate report --format github                     in a job of GitHub Actions"
+    after_help = "Examples:\n  pneuval gate report\n  pneuval gate report --bounds stricter.toml\n  pneuval gate report --baseline baseline.json\n  pneuval gate report --format github                     in a job of GitHub Actions"
 )]
 pub struct Gate {
     /// A report, its results folder, or results.json
@@ -210,8 +212,29 @@ pub struct Gate {
     /// Bounds to judge by, instead of the stored ones
     #[arg(long, value_name = "FILE")]
     pub bounds: Option<PathBuf>,
+    /// Say what moved since a baseline that `accept` wrote, or since a report; exit 1 if something became worse than intervals explain
+    #[arg(long, value_name = "FILE")]
+    pub baseline: Option<PathBuf>,
     #[command(flatten)]
     pub told: Told,
+}
+
+/// Record results as the baseline that later ones are held against.
+///
+/// On purpose, and with a reason, which stays in the file beside those of earlier ones.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  pneuval accept report --baseline baseline.json --because \"hoop stretch kept\"\n  pneuval gate later --baseline baseline.json"
+)]
+pub struct Accept {
+    /// A report, its results folder, or results.json
+    pub results: PathBuf,
+    /// The file that is written
+    #[arg(long, value_name = "FILE")]
+    pub baseline: PathBuf,
+    /// Why, for who asks in a year
+    #[arg(long, value_name = "TEXT")]
+    pub because: String,
 }
 
 /// Draw the report again from stored numbers; nothing is computed anew.

@@ -1,5 +1,6 @@
 //! `pneuval gate`: judge stored results again.
 
+use pneuval_analysis::baseline::Baseline;
 use pneuval_analysis::{folder, gate};
 
 use crate::cli::Gate;
@@ -15,6 +16,13 @@ pub fn run(arguments: &Gate) -> Result<Outcome, Failure> {
     results.report_only = false;
     gate::rejudge(&mut results, named.as_ref().map(|(bounds, _)| bounds))?;
     output::tell_findings(&results);
-    told::print(&results, &arguments.told, None)?;
+    let moves = match &arguments.baseline {
+        Some(path) => Some(Baseline::read(path)?.moves(&results)?),
+        None => None,
+    };
+    told::print(&results, moves.as_deref(), &arguments.told, None)?;
+    if moves.iter().flatten().any(|m| m.counts) {
+        return Ok(Outcome::Differs);
+    }
     Ok(exit::of_results(&results))
 }

@@ -1,5 +1,6 @@
 //! `pneuval`: raw soft-actuator rig logs and published tables in, model-vs-experiment verdicts out.
 
+mod accept;
 mod cli;
 mod exit;
 mod export;
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Command::Measure(arguments) => measure::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Gate(arguments) => gate::run(&arguments),
+        Command::Accept(arguments) => accept::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Rehearse(arguments) => rehearse::run(&arguments),

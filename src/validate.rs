@@ -33,7 +33,7 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
     };
     output::tell_findings(&results);
     let index = arguments.out.join("index.html");
-    told::print(&results, &arguments.told, Some(index.as_path()).filter(|_| !arguments.no_report))?;
+    told::print(&results, None, &arguments.told, Some(index.as_path()).filter(|_| !arguments.no_report))?;
     Ok(exit::of_results(&results))
 }
 

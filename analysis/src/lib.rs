@@ -26,6 +26,7 @@
 //! | [`gate`] | stored metrics and bounds to verdicts, and their sentences |
 //! | [`results`] | every number, computed once; the schema of `results.json` |
 //! | [`ci`] | the decision as other programs read it |
+//! | [`baseline`] | what moved since results that were accepted |
 //! | [`folder`] | the results folder on disk |
 //! | [`export`] | measured and predicted values as files for other programs |
 //! | [`report`] | figures and pages, drawn from stored numbers only |
@@ -33,6 +34,7 @@
 //! Residual = predicted - measured: positive means that the model is too high.
 
 pub mod align;
+pub mod baseline;
 pub mod bounds;
 pub mod ci;
 pub mod compare;

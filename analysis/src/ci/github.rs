@@ -1,13 +1,14 @@
 //! Annotations of GitHub Actions: lines that its runner turns into marks on a change.
 
 use super::{by_urgency, name, numbers};
+use crate::baseline::Move;
 use crate::format::visible;
 use crate::report::text;
 use crate::results::{Results, Severity, Standing};
 
-/// One line for each comparison that differs (error) or is open (warning), for lost data (error) and excluded ones (warning), and the
-/// decision.
-pub fn annotations(results: &Results) -> String {
+/// One line for each comparison that differs (error) or is open (warning), for lost data (error) and excluded ones (warning), what
+/// moved since a baseline, and the decision.
+pub fn annotations(results: &Results, moves: &[Move]) -> String {
     let mut lines = vec![];
     // Whoever only reports wants no red marks.
     let bad = if results.report_only { "warning" } else { "error" };
@@ -19,6 +20,10 @@ pub fn annotations(results: &Results) -> String {
         };
         let title = format!("{}: {}", c.verdict.name(), name(c));
         lines.push(line(level, &title, &format!("{}\n{}", c.sentence, numbers(c))));
+    }
+    for m in moves {
+        let level = if m.counts { bad } else { "notice" };
+        lines.push(line(level, &format!("{} since the baseline: {}", m.moved.name(), m.id), &m.sentence));
     }
     for loss in results.losses() {
         lines.push(line(bad, "data lost", &loss));

@@ -15,6 +15,7 @@ use quick_xml::writer::Writer;
 
 use super::{name, numbers};
 use crate::AnalysisError;
+use crate::baseline::Move;
 use crate::format::visible;
 use crate::report::text;
 use crate::results::{Comparison, Results, Standing};
@@ -50,19 +51,19 @@ impl Suite {
     }
 }
 
-/// The document.
+/// The document, with what moved since a baseline.
 ///
 /// # Errors
 /// [`AnalysisError::Results`] if it cannot be written, which writing to memory rules out.
-pub fn junit(results: &Results) -> Result<String, AnalysisError> {
-    written(results, &suites(results)).map_err(|error| AnalysisError::Results {
+pub fn junit(results: &Results, moves: &[Move]) -> Result<String, AnalysisError> {
+    written(results, &suites(results, moves)).map_err(|error| AnalysisError::Results {
         path: "junit.xml".into(),
         problem: error.to_string(),
         next: "report this as a bug".to_owned(),
     })
 }
 
-fn suites(results: &Results) -> Vec<Suite> {
+fn suites(results: &Results, moves: &[Move]) -> Vec<Suite> {
     let mut suites: Vec<Suite> = vec![];
     for actuator in &results.actuators {
         let mine = results.comparisons.iter().filter(|c| c.actuator == actuator.id);
@@ -83,6 +84,19 @@ fn suites(results: &Results) -> Vec<Suite> {
     }
     if !data.is_empty() {
         suites.push(Suite { name: "all".to_owned(), cases: data });
+    }
+    let moved = |m: &Move| Case {
+        name: match m.metric {
+            Some(metric) => format!("{} {}", m.id, metric.id()),
+            None => m.id.clone(),
+        },
+        fate: if m.counts { Fate::Failure } else { Fate::Passed },
+        kind: m.moved.name(),
+        message: m.sentence.clone(),
+        numbers: String::new(),
+    };
+    if !moves.is_empty() {
+        suites.push(Suite { name: "baseline".to_owned(), cases: moves.iter().map(moved).collect() });
     }
     if results.report_only {
         for case in suites.iter_mut().flat_map(|suite| &mut suite.cases) {
@@ -144,7 +158,7 @@ fn write_case(writer: &mut Writer<Vec<u8>>, suite: &str, case: &Case) -> std::io
     writer.write_event(Event::Start(element("testcase", &[("name", &case.name), ("classname", &classname)])))?;
     let said = format!("{}: {}", case.kind, case.message);
     let out = match case.fate {
-        Fate::Passed => format!("{said}\n{}", case.numbers),
+        Fate::Passed => format!("{said}\n{}", case.numbers).trim_end().to_owned(),
         _ => case.numbers.clone(),
     };
     let reason = [("type", case.kind), ("message", case.message.as_str())];

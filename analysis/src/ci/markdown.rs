@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{by_urgency, numbers, relative};
+use crate::baseline::Move;
 use crate::format::visible;
 use crate::metrics::Metric;
 use crate::report::text;
@@ -11,8 +12,8 @@ use crate::results::{Comparison, Results, Severity, Standing};
 /// Findings that are listed; more are counted.
 const FINDINGS: usize = 20;
 
-/// The text.
-pub fn markdown(results: &Results) -> String {
+/// The text, with what moved since a baseline.
+pub fn markdown(results: &Results, moves: &[Move]) -> String {
     let decision = text::decision(results);
     let mut out = format!("## pneuval: {}\n\n{}\n\n", plain(&decision.headline), plain(&decision.detail));
     if results.report_only {
@@ -39,6 +40,12 @@ pub fn markdown(results: &Results) -> String {
             plain(&c.sentence),
             plain(&numbers(c))
         );
+    }
+    if !moves.is_empty() {
+        out += "\n### Since the baseline\n\n";
+    }
+    for m in moves {
+        let _ = writeln!(out, "- **{}** {}: {}", m.moved.name(), plain(&m.id), plain(&m.sentence));
     }
     let mut findings: Vec<_> = results.findings.iter().filter(|f| f.severity != Severity::Note).collect();
     findings.sort_by_key(|f| f.severity);
