@@ -59,6 +59,29 @@ fn markup_in_names_is_text_on_the_page() {
 }
 
 #[test]
+fn what_cannot_be_seen_is_shown_and_nothing_ends_where_it_should_not() {
+    let lab = Lab::new();
+    let hostile = format!("a\\u001b[31m\\u202eb]]>c|d`e\\nf::g%0Ah {}", "long".repeat(2500));
+    lab.change("dataset.toml", "A made-up paper", &hostile);
+    lab.change("dataset.toml", "title = \"Size\"", &format!("title = \"{hostile}\""));
+    lab.change("actuator.toml", "title = \"Balloon\"", &format!("title = \"{hostile}\""));
+    lab.bound("rmse", 5.0, "mm", "pass");
+    assert_eq!(lab.validate().code, 0);
+    let read = |name: &str| std::fs::read_to_string(lab.path().join("report").join(name)).unwrap();
+    for name in ["index.html", "balloon.html", "results/junit.xml", "results/summary.md", "results/points.csv"] {
+        let text = read(name);
+        let unseen = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!text.contains(unseen), "{name}: {:?}", text.chars().find(|c| unseen(*c)));
+    }
+    assert!(read("balloon.html").contains("a\\u{1b}[31m\\u{202e}b]]"), "shown as escapes");
+    for format in ["table", "junit", "markdown", "github"] {
+        let said = pneuval(lab.path(), &["gate", "report", "--format", format]);
+        assert!(said.code == 0 && !said.out.contains(['\u{1b}', '\u{202e}']), "{format}: {}", said.out);
+        assert!(format != "github" || said.out.lines().all(|line| line.starts_with("::")), "{}", said.out);
+    }
+}
+
+#[test]
 fn control_characters_do_not_reach_the_terminal() {
     let lab = Lab::new();
     lab.change("size.csv", "21.000000", "2\u{1b}[31m1");

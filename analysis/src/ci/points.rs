@@ -7,7 +7,7 @@ use pneuval_ingest::store::{Columns, Series};
 
 use crate::AnalysisError;
 use crate::format::visible;
-use crate::results::{Comparison, Point, PointStatus, Results};
+use crate::results::{Comparison, Point, Results};
 
 /// A cell.
 enum Cell {
@@ -105,7 +105,7 @@ fn row(c: &Comparison, point: &Point, k: usize) -> [Cell; NAMES.len()] {
         text(&c.form),
         text(c.verdict.name()),
         text(&c.quantity.display_unit),
-        text(status(point.status)),
+        text(point.status.id()),
         text(point.reason.as_deref().unwrap_or_default()),
         Cell::Number(Some(point.line as f64)),
         text(&point.runs.join(";")),
@@ -122,18 +122,4 @@ fn row(c: &Comparison, point: &Point, k: usize) -> [Cell; NAMES.len()] {
         Cell::Number(if is_position { measured.zip(predicted).map(|(m, p)| p - m) } else { point.residual }),
         Cell::Number(point.residual.filter(|_| is_position)),
     ]
-}
-
-fn status(status: PointStatus) -> &'static str {
-    match status {
-        PointStatus::Used => "used",
-        PointStatus::ZeroReference => "zero_reference",
-        PointStatus::HoleInPrint => "hole_in_print",
-        PointStatus::NotFinite => "not_finite",
-        PointStatus::NoPrediction => "no_prediction",
-        PointStatus::PredictionNotPrinted => "prediction_not_printed",
-        PointStatus::InFit => "in_fit",
-        PointStatus::NotCompared => "not_compared",
-        PointStatus::CycleApart => "cycle_apart",
-    }
 }

@@ -9,7 +9,7 @@ use super::{Compared, Export};
 use crate::pairing;
 use crate::prediction::Prediction;
 use crate::response::Response;
-use crate::results::{Point, PointStatus};
+use crate::results::Point;
 use crate::study::Data;
 
 /// A form and what becomes of every point in its comparison.
@@ -136,7 +136,7 @@ fn predicted(table: &mut Table, response: &Response, form: &Form) {
     let residuals = form.points.iter().map(|point| point.residual.unwrap_or(f64::NAN));
     table.numbers(head(&base, &quantity.title, Origin::Residual), quantity.unit, residuals);
     let base = component_base(&quantity.id, None, &format!("status-{}", form.id));
-    let status = form.points.iter().map(|point| word(point.status).to_owned()).collect();
+    let status = form.points.iter().map(|point| point.status.id().to_owned()).collect();
     table.words(head(&base, &quantity.title, Origin::Status), status);
 }
 
@@ -165,19 +165,4 @@ fn forms<'a>(export: &'a Export<'a>, index: usize, response: &'a Response) -> Ve
         points: pairing::points(response, &Prediction::published(response, column).at),
     });
     of_response().map(form).chain(printed).collect()
-}
-
-/// A status as `results.json` has it.
-fn word(status: PointStatus) -> &'static str {
-    match status {
-        PointStatus::Used => "used",
-        PointStatus::ZeroReference => "zero_reference",
-        PointStatus::HoleInPrint => "hole_in_print",
-        PointStatus::NotFinite => "not_finite",
-        PointStatus::NoPrediction => "no_prediction",
-        PointStatus::PredictionNotPrinted => "prediction_not_printed",
-        PointStatus::InFit => "in_fit",
-        PointStatus::NotCompared => "not_compared",
-        PointStatus::CycleApart => "cycle_apart",
-    }
 }

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior, Value};
+use minijinja::{Environment, UndefinedBehavior, Value, escape_formatter};
 use serde::Serialize;
 
 use super::figures::Figure;
 use super::view;
 use crate::AnalysisError;
+use crate::format::visible;
 use crate::results::Results;
 
 /// A page.
@@ -31,6 +32,11 @@ pub fn pages(
 ) -> Result<Vec<Page>, AnalysisError> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    // Text of files and users: nothing in it turns the direction of the page, or is there unseen.
+    environment.set_formatter(|out, state, value| match value.as_str() {
+        Some(text) if !value.is_safe() => escape_formatter(out, state, &Value::from(visible(text))),
+        _ => escape_formatter(out, state, value),
+    });
     for (name, source) in [
         ("base.html", include_str!("templates/base.html")),
         ("index.html", include_str!("templates/index.html")),

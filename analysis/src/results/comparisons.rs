@@ -141,6 +141,23 @@ pub enum PointStatus {
     CycleApart,
 }
 
+impl PointStatus {
+    /// Its word in files.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Used => "used",
+            Self::ZeroReference => "zero_reference",
+            Self::HoleInPrint => "hole_in_print",
+            Self::NotFinite => "not_finite",
+            Self::NoPrediction => "no_prediction",
+            Self::PredictionNotPrinted => "prediction_not_printed",
+            Self::InFit => "in_fit",
+            Self::NotCompared => "not_compared",
+            Self::CycleApart => "cycle_apart",
+        }
+    }
+}
+
 /// A point of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
