@@ -395,8 +395,8 @@ fn damaged_results_are_refused() {
     let file = lab.path().join("report/results/results.json");
     let text = std::fs::read_to_string(&file).unwrap();
     for (damaged, word) in [
-        (text.replacen("\"schema_version\": 3", "\"schema_version\": 4", 1), "schema_version 3 expected, found 4"),
-        (text.replacen("\"schema_version\": 3", "\"schema_version\": 2", 1), "schema_version 3 expected, found 2"),
+        (text.replacen("\"schema_version\": 4", "\"schema_version\": 5", 1), "schema_version 4 expected, found 5"),
+        (text.replacen("\"schema_version\": 4", "\"schema_version\": 2", 1), "schema_version 4 expected, found 2"),
         (text.replacen("\"n_used\"", "\"n_sued\"", 1), "n_sued"),
         (text[..text.len() / 2].to_owned(), "not JSON"),
     ] {

@@ -80,17 +80,17 @@ fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Re
     let bytes = fs::read(&series_path).map_err(|source| IngestError::read(&series_path, source))?;
     results.files.insert(SERIES.to_owned(), digest::sha256(&bytes));
     let figures = match drawing {
-        Drawing::Figures => report::figures(&results, &curves)?,
+        Drawing::Figures => report::figures(&results, &curves, report::Files::Png)?,
         Drawing::None => vec![],
     };
     // An empty folder would be none of the report's files.
-    if !figures.is_empty() {
+    if figures.iter().any(|figure| figure.png.is_some()) {
         fs::create_dir(&figures_folder).map_err(|source| IngestError::write(&figures_folder, source))?;
     }
-    for figure in &figures {
+    for (figure, png) in figures.iter().filter_map(|figure| Some((figure, figure.png.as_ref()?))) {
         let name = format!("{FIGURES}/{}.png", figure.name);
-        write(&folder.join(&name), &figure.png)?;
-        results.files.insert(name, digest::sha256(&figure.png));
+        write(&folder.join(&name), png)?;
+        results.files.insert(name, digest::sha256(png));
     }
     let photographs = match drawing {
         Drawing::Figures => photographs::drawn(photographs)?,

@@ -35,7 +35,9 @@ fn point(
         values.map_or(vec![0.0; width], |values| values.iter().map(|v| v.half_width_si).collect())
     };
     let numbers = |values: Option<&Vec<Printed>>| values.map(|v| v.iter().map(|v| v.si).collect());
-    let residual = measured.zip(predicted).map(|(m, p)| pair(m, p).residual().value);
+    let residual = measured.zip(predicted).map(|(m, p)| pair(m, p).residual());
+    // Of a session they come from its errors, which points share.
+    let printed = residual.filter(|_| response.interval == IntervalKind::PrintedDigits);
     Point {
         line: response.line,
         runs: response.runs.clone(),
@@ -51,7 +53,9 @@ fn point(
         measured: numbers(measured),
         predicted_half_width: half_widths(predicted),
         predicted: numbers(predicted),
-        residual,
+        residual: residual.map(|r| r.value),
+        residual_lower: printed.map(|r| r.lower),
+        residual_upper: printed.map(|r| r.upper),
         status,
         reason,
     }
@@ -126,6 +130,8 @@ struct Grounds {
 pub struct Measured {
     /// Every metric.
     pub metrics: Vec<MetricRecord>,
+    /// Of points that are used, by their index: the interval of the residual.
+    pub residuals: Vec<(usize, Interval)>,
     /// What each source contributes to the uncertainty of the points.
     pub budget: Vec<BudgetRecord>,
     /// Comparison error and validation uncertainty.
@@ -183,7 +189,10 @@ pub fn measure_session(points: &[Point], response: &Response, errors: &Errors) -
     let metrics = split.records(points, &known, Grounds { used, at_zero, of_loop });
     let is_known = !split.used.is_empty() && !used.unknown;
     let validation = is_known.then(|| validation(&split.used, &sample.errors)).flatten();
-    Measured { metrics, budget: budget(&sample.errors), validation }
+    let intervals = if is_known { sample.residual_intervals() } else { vec![] };
+    let is_finite = |interval: &Interval| interval.lower.is_finite() && interval.upper.is_finite();
+    let residuals = split.used_at.iter().copied().zip(intervals).filter(|(_, interval)| is_finite(interval)).collect();
+    Measured { metrics, residuals, budget: budget(&sample.errors), validation }
 }
 
 /// Whether anything moves a residual beyond what rounding does.

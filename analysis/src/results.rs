@@ -28,7 +28,7 @@ pub use subjects::{
 pub use trajectory::{Against, AlignmentKind, MeetingRecord, MovementAlignmentRecord, RunMeetingRecord};
 
 /// Version of the layout of `results.json`.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// The results of one `validate`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,7 +1,7 @@
 //! Every point of every comparison, component by component: a table for spreadsheets, pandas and DuckDB.
 //!
 //! Values are in SI units, `unit` is the one that pages show; `residual_si` is predicted - measured of the component, `distance_si` that
-//! of a position.
+//! of a position, and `residual_lower_si` and `residual_upper_si` bound the one that its points are judged by.
 
 use pneuval_ingest::store::{Columns, Series};
 
@@ -15,7 +15,7 @@ enum Cell {
     Number(Option<f64>),
 }
 
-const NAMES: [&str; 24] = [
+const NAMES: [&str; 26] = [
     "comparison",
     "actuator",
     "dataset",
@@ -40,6 +40,8 @@ const NAMES: [&str; 24] = [
     "predicted_half_width_si",
     "residual_si",
     "distance_si",
+    "residual_lower_si",
+    "residual_upper_si",
 ];
 
 /// The table as columns.
@@ -121,5 +123,7 @@ fn row(c: &Comparison, point: &Point, k: usize) -> [Cell; NAMES.len()] {
         Cell::Number(point.predicted_half_width.get(k).copied().filter(|_| predicted.is_some())),
         Cell::Number(if is_position { measured.zip(predicted).map(|(m, p)| p - m) } else { point.residual }),
         Cell::Number(point.residual.filter(|_| is_position)),
+        Cell::Number(point.residual_lower),
+        Cell::Number(point.residual_upper),
     ]
 }

@@ -134,7 +134,7 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     let alignment = sides.align(spec.align, errors.as_mut().map(|(errors, _)| errors));
     let Sides { response, posed: Posed { prediction, fit, .. }, meeting } = sides;
     let response = response.as_ref();
-    let points = points(response, &prediction.at);
+    let mut points = points(response, &prediction.at);
     let mut comparison = blank(study, &spec.quantity, response, &spec.form);
     comparison.title = spec.title.clone().unwrap_or(prediction.title);
     comparison.kind = prediction.kind;
@@ -157,6 +157,9 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
             let found = measure_session(&points, response, &errors);
             (comparison.metrics, comparison.budget) = (found.metrics, found.budget);
             comparison.validation = found.validation;
+            for (i, interval) in found.residuals {
+                (points[i].residual_lower, points[i].residual_upper) = (Some(interval.lower), Some(interval.upper));
+            }
         }
     }
     comparison.points = points;

@@ -5,9 +5,10 @@ mod figures;
 mod group;
 mod overlay;
 mod page;
+mod scene;
 pub mod text;
 mod view;
 
-pub use figures::{Figure, figures};
+pub use figures::{Figure, Files, figures};
 pub use overlay::{overlay, thumbnail};
 pub use page::{Page, pages};

@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use plotters::prelude::*;
 use plotters::style::{FontStyle, FontTransform};
 
-use super::chart::{FONT, register};
+use super::scene::{FONT, register};
 use pneuval_ingest::camera::diameter::EdgeUse;
 use pneuval_ingest::camera::photograph::Photograph;
 use pneuval_ingest::camera::picture::{Picture, Pixels, Place};

@@ -188,6 +188,11 @@ pub struct Point {
     pub predicted_half_width: Vec<f64>,
     /// Predicted - measured; of a position, the distance between the two.
     pub residual: Option<f64>,
+    /// Lower end of its interval: of what printed digits leave open, or 95 % of a session, for this point by itself; null where nothing
+    /// is known, and where the point is not used.
+    pub residual_lower: Option<f64>,
+    /// Upper end.
+    pub residual_upper: Option<f64>,
     /// What became of it.
     pub status: PointStatus,
     /// Why it is not used.

@@ -202,6 +202,18 @@ impl Sample<'_> {
         }
     }
 
+    /// The 95 % interval of every residual that is used, by itself; of a distance, from what may be taken off it.
+    pub fn residual_intervals(&self) -> Vec<Interval> {
+        let moved = Self::residuals(self.used, &self.errors);
+        let is_distance = self.used.first().is_some_and(|pair| pair.measured.len() > 1);
+        let of = |(i, value): (usize, &f64)| {
+            let half = self.errors.variance(moved.by.iter().map(|by| by[i])).half_width();
+            let lower = value - half - moved.across[i];
+            Interval { value: *value, lower: if is_distance { lower.max(0.0) } else { lower }, upper: value + half }
+        };
+        moved.values.iter().enumerate().map(of).collect()
+    }
+
     /// Residuals, or distances of a position, and how each factor moves them.
     fn residuals(pairs: &[Pair], errors: &Errors) -> Moved {
         let width = pairs.first().map_or(1, |p| p.measured.len());

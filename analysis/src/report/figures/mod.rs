@@ -1,7 +1,8 @@
-//! Which figures a result has: response, residuals against bound, parity; errors that a paper only states.
+//! Which figures a result has: response, residuals against bound, parity; errors that a paper only states; logs over time.
 
 mod movement;
 mod parity;
+mod readings;
 mod residuals;
 mod response;
 mod stated;
@@ -10,8 +11,9 @@ use std::ops::Range;
 
 use pneuval_ingest::units::{Dimension, Unit};
 
-use super::chart::{Chart, WIDTH_PX};
+use super::chart::{ASPECT, Chart, Key, file, stacked};
 use super::group::by_measurement;
+use super::scene::{Scene, png, svg};
 use crate::AnalysisError;
 use crate::format;
 use crate::results::{Comparison, Point, PointStatus, Results};
@@ -25,12 +27,25 @@ pub struct Figure {
     pub name: String,
     /// The actuator whose page shows it.
     pub actuator: String,
+    /// Its title.
+    pub title: String,
     /// What it shows, for the caption and for readers who cannot see it.
     pub caption: String,
-    /// Width and height on a page, half the pixels of the file.
-    pub size: (u32, u32),
-    /// The PNG file.
-    pub png: Vec<u8>,
+    /// The plot as an `svg` element.
+    pub svg: String,
+    /// Its legend: an `svg` element each, and what it stands for.
+    pub legend: Vec<(String, String)>,
+    /// The PNG file, if files are drawn.
+    pub png: Option<Vec<u8>>,
+}
+
+/// What is drawn of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Files {
+    /// The page alone.
+    None,
+    /// PNG files, too.
+    Png,
 }
 
 /// Comparisons of one quantity of one dataset, in the order of the results.
@@ -46,7 +61,7 @@ struct Plan {
     name: String,
     actuator: String,
     caption: String,
-    chart: Chart,
+    panels: Vec<Chart>,
 }
 
 /// More marks than this would hide one another: they become dots, and predictions lines without marks.
@@ -56,14 +71,16 @@ const MARKS_MAX: usize = 60;
 ///
 /// # Errors
 /// [`AnalysisError::Figure`] with the figure's name.
-pub fn figures(results: &Results, curves: &[Curve]) -> Result<Vec<Figure>, AnalysisError> {
+pub fn figures(results: &Results, curves: &[Curve], files: Files) -> Result<Vec<Figure>, AnalysisError> {
     let plans = plans(results, curves);
-    // A figure costs as much as everything else together, and none depends on another.
+    // Files cost as much as everything else together, and none depends on another.
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let share = plans.len().div_ceil(threads).max(1);
     std::thread::scope(|scope| {
-        let drawn: Vec<_> =
-            plans.chunks(share).map(|chunk| scope.spawn(|| chunk.iter().map(draw).collect::<Vec<_>>())).collect();
+        let drawn: Vec<_> = plans
+            .chunks(share)
+            .map(|chunk| scope.spawn(move || chunk.iter().map(|plan| draw(plan, files)).collect::<Vec<_>>()))
+            .collect();
         drawn
             .into_iter()
             .flat_map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
@@ -71,22 +88,52 @@ pub fn figures(results: &Results, curves: &[Curve]) -> Result<Vec<Figure>, Analy
     })
 }
 
-fn draw(plan: &Plan) -> Result<Figure, AnalysisError> {
-    let figure = || plan.name.clone();
-    let size = (WIDTH_PX / 2, plan.chart.height_px() / 2);
-    let png = plan.chart.draw().map_err(|message| AnalysisError::Figure { figure: figure(), message })?;
-    Ok(Figure { name: figure(), actuator: plan.actuator.clone(), caption: plan.caption.clone(), size, png })
+fn draw(plan: &Plan, files: Files) -> Result<Figure, AnalysisError> {
+    let failed = |message| AnalysisError::Figure { figure: plan.name.clone(), message };
+    let scene: Scene = stacked(&plan.panels).map_err(failed)?;
+    let title = plan.panels.first().map_or(String::new(), |panel| panel.title.clone());
+    // Panels that share a key show it once.
+    let mut legend: Vec<Key> = Vec::new();
+    for key in plan.panels.iter().flat_map(|panel| &panel.legend) {
+        if !legend.contains(key) {
+            legend.push(key.clone());
+        }
+    }
+    let svg = svg(&scene, &plan.caption);
+    let png = match files {
+        Files::None => None,
+        Files::Png => {
+            let texts = [
+                ("Title", title.clone()),
+                ("Description", plan.caption.clone()),
+                ("Software", concat!("pneuval ", env!("CARGO_PKG_VERSION")).to_owned()),
+            ];
+            Some(png(&file(&title, scene, &legend), &texts).map_err(failed)?)
+        }
+    };
+    Ok(Figure {
+        name: plan.name.clone(),
+        actuator: plan.actuator.clone(),
+        title,
+        caption: plan.caption.clone(),
+        svg,
+        legend: legend.into_iter().map(|key| (key.swatch(), key.text)).collect(),
+        png,
+    })
 }
 
 fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
     let mut plans = Vec::new();
     for actuator in &results.actuators {
-        let mut plan = |name: String, synthetic: bool, (mut chart, caption): (Chart, String)| {
+        let mut plan = |name: String, synthetic: bool, (mut chart, mut caption): (Chart, String)| {
+            if chart.reaches_beyond() {
+                caption.push_str(" Arrows at the edge mark what lies beyond the axes.");
+            }
             if synthetic {
                 // In front, where no length of the title can cut it off.
                 chart.title = format!("Synthetic: {}", chart.title);
             }
-            plans.push(Plan { name, actuator: actuator.id.clone(), caption, chart });
+            plans.push(Plan { name, actuator: actuator.id.clone(), caption, panels: vec![chart] });
         };
         let groups = groups(results, curves, &actuator.id);
         for group in &groups {
@@ -155,6 +202,16 @@ fn spread(values: impl Iterator<Item = f64>, margin: f64) -> Range<f64> {
     let size = low.abs().max(high.abs());
     let width = if high - low > 1e-9 * size { high - low } else { size.max(1.0) };
     low - margin * width..high + margin * width
+}
+
+/// Two ranges widened so that a unit is as long on both axes.
+fn to_scale(x: Range<f64>, y: Range<f64>) -> (Range<f64>, Range<f64>) {
+    let (width, height) = (x.end - x.start, y.end - y.start);
+    let widened = |range: Range<f64>, to: f64| {
+        let more = 0.5 * (to - (range.end - range.start));
+        range.start - more..range.end + more
+    };
+    if width < ASPECT * height { (widened(x, ASPECT * height), y) } else { (x, widened(y, width / ASPECT)) }
 }
 
 impl Group<'_> {
@@ -233,18 +290,4 @@ fn axis(title: &str, unit: Unit) -> String {
 
 fn unit_name(unit: Unit) -> &'static str {
     if unit.printed().is_empty() { "1" } else { unit.printed() }
-}
-
-fn empty() -> Chart {
-    Chart {
-        title: String::new(),
-        x_title: String::new(),
-        y_title: String::new(),
-        x: 0.0..1.0,
-        x_labelled_to: None,
-        y: 0.0..1.0,
-        rows: vec![],
-        layers: vec![],
-        legend: vec![],
-    }
 }

@@ -1,22 +1,22 @@
 //! A movement: its path with that of each prediction, a plain number over time, and how far apart the two are.
 
-use std::ops::Range;
-
 use pneuval_ingest::units::Unit;
 
-use super::{Group, axis, empty, spread, unit_name};
+use super::readings::{self, Said};
+use super::{Group, axis, spread, to_scale, unit_name};
 use crate::format;
 use crate::metrics::Metric;
-use crate::report::chart::{Chart, Ink, Key, Layer, Shape};
+use crate::report::chart::{Chart, Ground, Ink, Key, Layer};
 use crate::report::group::measurement_title;
-use crate::results::{Against, Comparison, PointStatus};
+use crate::report::scene::Shape;
+use crate::results::{Against, Comparison, Point, PointStatus};
 use crate::series::{Curve, Trace};
-
-/// The plotting area of a figure, width over height, in which a path is shown to scale.
-const ASPECT: f64 = 1.42;
 
 /// Runs of one figure whose lines can still be told apart.
 const RUNS_MAX: usize = 9;
+
+/// Stretches of a movement of which the worst point is told.
+const STRETCHES: usize = 40;
 
 /// Neighbours of an error curve that are drawn as their least and largest.
 const DRAWN_MAX: usize = 2_000;
@@ -87,8 +87,7 @@ fn lines(c: &Comparison, traces: &[Trace], at: Drawn) -> Vec<Traced> {
 }
 
 fn layers(c: &Comparison, lines: &[Traced]) -> (Vec<Layer>, Vec<Key>) {
-    let key = |text: String, ink| Key { text, ink, shape: None, line: Some(false), band: false };
-    let (mut layers, mut legend) = (Vec::new(), vec![key("measured".to_owned(), Ink::Measured)]);
+    let (mut layers, mut legend) = (Vec::new(), vec![Key::line("measured", Ink::Measured)]);
     let runs = lines.iter().filter(|(is_measured, _)| *is_measured).count();
     for (_, line) in lines.iter().filter(|(is_measured, _)| *is_measured).take(RUNS_MAX) {
         layers.push(Layer::Trail { points: line.clone(), ink: Ink::Measured });
@@ -100,7 +99,7 @@ fn layers(c: &Comparison, lines: &[Traced]) -> (Vec<Layer>, Vec<Key>) {
     }
     for (_, line) in lines.iter().filter(|(is_measured, _)| !is_measured) {
         layers.push(Layer::Trail { points: line.clone(), ink: Ink::Form(0) });
-        legend.push(key(c.title.clone(), Ink::Form(0)));
+        legend.push(Key::line(c.title.clone(), Ink::Form(0)));
     }
     // Where a path begins cannot be seen from the path.
     let starts: Vec<(bool, (f64, f64))> = lines.iter().filter_map(|(m, line)| Some((*m, *line.first()?))).collect();
@@ -109,8 +108,7 @@ fn layers(c: &Comparison, lines: &[Traced]) -> (Vec<Layer>, Vec<Key>) {
             let (ink, shape) = if is_measured { (Ink::Measured, Shape::Disc) } else { (Ink::Form(0), Shape::Square) };
             layers.push(Layer::Marks { points: vec![(x, y, String::new())], ink, shape });
         }
-        let text = "marks: where a path begins".to_owned();
-        legend.push(Key { text, ink: Ink::Measured, shape: Some(Shape::Disc), line: None, band: false });
+        legend.push(Key::mark("where a path begins", Ink::Measured, Shape::Disc));
     }
     (layers, legend)
 }
@@ -123,11 +121,20 @@ fn path(c: &Comparison, traces: &[Trace], unit: Unit) -> (Chart, String) {
     let at = |_: f64, values: &[f64]| Some((unit.from_si(*values.get(i)?), unit.from_si(*values.get(j)?)));
     let lines = lines(c, traces, &at);
     let (Some(a), Some(b)) = (c.quantity.components.get(i), c.quantity.components.get(j)) else {
-        return (empty(), String::new());
+        return (Chart::default(), String::new());
     };
     let every = || lines.iter().flat_map(|(_, line)| line);
     let (x, y) = to_scale(spread(every().map(|p| p.0), 0.06), spread(every().map(|p| p.1), 0.06));
-    let (layers, legend) = layers(c, &lines);
+    let (mut layers, legend) = layers(c, &lines);
+    let place = |values: Option<&[f64]>| values.and_then(|values| at(0.0, values));
+    let worst = worst_of_stretches(c);
+    let ends = worst.iter().filter_map(|p| Some([place(p.measured.as_deref())?, place(p.predicted.as_deref())?]));
+    layers.push(Layer::Vectors { ends: ends.collect(), ink: Ink::Form(1) });
+    let said = worst.iter().filter_map(|p| {
+        let at = place(p.measured.as_deref())?;
+        Some(Said { at, lines: words(c, p, unit), weight: p.residual.map_or(0.0, f64::abs) })
+    });
+    let readings = readings::places(said.collect());
     let rest: Vec<&str> =
         c.quantity.components.iter().filter(|name| *name != a && *name != b).map(String::as_str).collect();
     let rest = if rest.is_empty() {
@@ -143,10 +150,16 @@ fn path(c: &Comparison, traces: &[Trace], unit: Unit) -> (Chart, String) {
         y,
         layers,
         legend,
-        ..empty()
+        readings,
+        ..Chart::default()
+    };
+    let arrows = if worst.is_empty() {
+        ""
+    } else {
+        " Arrows lead from measured to predicted, where the error is largest nearby."
     };
     let caption = format!(
-        "{}: {b} over {a}{rest}, measured and {}, to scale.{}",
+        "{}: {b} over {a}{rest}, measured and {}, to scale.{arrows}{}",
         c.quantity.title,
         predicted_name(c),
         circumstances(c)
@@ -163,6 +176,11 @@ fn over_time(c: &Comparison, traces: &[Trace], unit: Unit) -> (Chart, String) {
     let every = || lines.iter().flat_map(|(_, line)| line);
     let (x, y) = (spread(every().map(|p| p.0), 0.02), spread(every().map(|p| p.1), 0.06));
     let (layers, legend) = layers(c, &lines);
+    let said = worst_of_stretches(c).into_iter().filter_map(|p| {
+        let at = at(p.at?, p.measured.as_deref()?)?;
+        Some(Said { at, lines: words(c, p, unit), weight: p.residual.map_or(0.0, f64::abs) })
+    });
+    let readings = readings::columns(said.collect(), x.end - x.start);
     let chart = Chart {
         title: measurement_title(c),
         x_title: from_start(x_title, start),
@@ -171,9 +189,27 @@ fn over_time(c: &Comparison, traces: &[Trace], unit: Unit) -> (Chart, String) {
         y,
         layers,
         legend,
-        ..empty()
+        readings,
+        ..Chart::default()
     };
     (chart, format!("{}, measured and {}.{}", c.quantity.title, predicted_name(c), circumstances(c)))
+}
+
+/// Of every stretch of a movement the point of the largest error.
+fn worst_of_stretches(c: &Comparison) -> Vec<&Point> {
+    let used: Vec<&Point> = c.points.iter().filter(|p| p.status == PointStatus::Used && p.residual.is_some()).collect();
+    let size = |p: &Point| p.residual.map_or(0.0, f64::abs);
+    let stretches = used.chunks(used.len().div_ceil(STRETCHES).max(1));
+    stretches.filter_map(|points| points.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b)))).collect()
+}
+
+/// A point of a movement in words.
+fn words(c: &Comparison, p: &Point, unit: Unit) -> Vec<String> {
+    let run = if p.runs.is_empty() { String::new() } else { format!(", run {}", p.runs.join(", ")) };
+    let head = [readings::heading(c, p) + &run, readings::measured(c, p, unit), readings::predicted(c, p, unit)];
+    let name = if c.quantity.is_position() { "apart" } else { "error" };
+    let residual = readings::residual(c, p, unit).and_then(|text| Some(text.split_once(": ")?.1.to_owned()));
+    head.into_iter().chain(residual.map(|text| format!("{name} {text}"))).collect()
 }
 
 fn predicted_name(c: &Comparison) -> String {
@@ -213,14 +249,15 @@ fn errors(c: &Comparison) -> (Chart, String) {
     let x = spread(every().map(|p| p.0), 0.02);
     let (mut layers, mut legend) = (Vec::new(), Vec::new());
     if let Some(bound) = bound {
-        layers.push(Layer::Band(x.clone(), if is_position { 0.0 } else { -bound }..bound));
+        let y = if is_position { 0.0 } else { -bound }..bound;
+        layers.push(Layer::Band { x: x.clone(), y, ground: Ground::Bound });
         let text = format!("bound: |e| at most {}", format::with_unit(&format::short(bound), unit));
-        legend.push(Key { text, ink: Ink::Measured, shape: None, line: None, band: true });
+        legend.push(Key::band(text, Ground::Bound));
     }
     layers.push(Layer::Reference(vec![(x.start, 0.0), (x.end, 0.0)]));
     for (i, (run, line)) in runs.iter().take(RUNS_MAX).enumerate() {
         let text = if runs.len() > 1 { format!("{}, run {}", c.title, run.join(", ")) } else { c.title.clone() };
-        legend.push(Key { text, ink: Ink::Form(i), shape: None, line: Some(false), band: false });
+        legend.push(Key::line(text, Ink::Form(i)));
         layers.push(Layer::Trail { points: thinned(line), ink: Ink::Form(i) });
     }
     let what = if is_position {
@@ -228,6 +265,11 @@ fn errors(c: &Comparison) -> (Chart, String) {
     } else {
         "predicted minus measured, positive where the model is too high"
     };
+    let said = worst_of_stretches(c).into_iter().filter_map(|p| {
+        let at = (scale * (p.at? - start), unit.from_si(p.residual?));
+        Some(Said { at, lines: words(c, p, unit), weight: p.residual?.abs() })
+    });
+    let readings = readings::columns(said.collect(), x.end - x.start);
     let chart = Chart {
         title: format!("{}: error", measurement_title(c)),
         x_title: from_start(x_title, start),
@@ -240,7 +282,8 @@ fn errors(c: &Comparison) -> (Chart, String) {
         y: if is_position { -0.04 * reach..reach } else { -reach..reach },
         layers,
         legend,
-        ..empty()
+        readings,
+        ..Chart::default()
     };
     let more =
         if runs.len() > RUNS_MAX { format!(" The first {RUNS_MAX} of {} runs.", runs.len()) } else { String::new() };
@@ -259,16 +302,6 @@ fn widest(all: &[&[f64]], width: usize) -> [usize; 2] {
     let mut two = [order.first().copied().unwrap_or(0), order.get(1).copied().unwrap_or(1)];
     two.sort_unstable();
     two
-}
-
-/// Two ranges widened so that a unit is as long on both axes.
-fn to_scale(x: Range<f64>, y: Range<f64>) -> (Range<f64>, Range<f64>) {
-    let (width, height) = (x.end - x.start, y.end - y.start);
-    let widened = |range: Range<f64>, to: f64| {
-        let more = 0.5 * (to - (range.end - range.start));
-        range.start - more..range.end + more
-    };
-    if width < ASPECT * height { (widened(x, ASPECT * height), y) } else { (x, widened(y, width / ASPECT)) }
 }
 
 /// A line thinned: of so many neighbours the first, the lowest and the highest.

@@ -3,18 +3,24 @@
 use pneuval_ingest::manifest::HoldOut;
 use pneuval_ingest::units::Unit;
 
-use super::{Group, axis, empty, spread};
+use super::readings::{self, Said};
+use super::{Group, axis, spread, to_scale};
 use crate::format;
 use crate::prediction::SETS_MAX;
-use crate::report::chart::{Chart, Ink, Key, Layer, Shape};
+use crate::report::chart::{Chart, Ink, Key, Layer, Reading};
 use crate::report::group::measurement_title;
-use crate::results::{Comparison, Point};
+use crate::report::scene::Shape;
+use crate::response::Branch;
+use crate::results::{Comparison, Point, PointStatus};
 use crate::series::Curve;
 use crate::verdict::Basis;
 
 /// Room above and below the measurement, in measured spans, in which predictions are still shown.
 const ABOVE: f64 = 0.5;
 const BELOW: f64 = 0.25;
+
+/// A path so many times as long as wide would be a line on axes of one scale.
+const SLENDER: f64 = 6.0;
 
 impl Group<'_> {
     /// The response figures: the end of the name, and the figure. One; under conditions, one per form that predicts anything.
@@ -72,7 +78,7 @@ impl Group<'_> {
 
     fn response(&self) -> (Chart, String) {
         let (Some((_, first, _)), Some(unit)) = (self.by_points().next(), self.unit()) else {
-            return (empty(), String::new());
+            return (Chart::default(), String::new());
         };
         let (x_title, full) = self.pressure_axis();
         let measured = self.measured(unit);
@@ -84,8 +90,11 @@ impl Group<'_> {
         let (mut layers, mut front) = (Vec::new(), Vec::new());
         let crowded = self.is_crowded();
         let disc = if crowded { Shape::Dot } else { Shape::Disc };
-        let mut legend =
-            vec![Key { text: "measured".into(), ink: Ink::Measured, shape: Some(disc), line: None, band: false }];
+        let has_loop = !crowded && self.has_loop();
+        let mut legend = vec![Key::mark(if has_loop { "measured, loading" } else { "measured" }, Ink::Measured, disc)];
+        if has_loop {
+            legend.push(Key::mark("measured, unloading", Ink::Measured, Shape::Ring));
+        }
         for (i, comparison, curve) in self.by_points() {
             let (ink, shape) = (Ink::Form(i), Shape::of_form(i));
             let published = comparison.kind == "published";
@@ -112,11 +121,11 @@ impl Group<'_> {
                 ink,
                 shape,
                 line: Some(published),
-                band: false,
+                band: None,
             });
             let target = if published { &mut front } else { &mut layers };
             if line.len() > 1 {
-                target.push(Layer::Line { points: line, ink, dashed: published });
+                target.push(Layer::Line { points: line, ink, is_dashed: published });
             }
             if let Some(shape) = shape {
                 target.push(Layer::Marks { points, ink, shape });
@@ -124,7 +133,15 @@ impl Group<'_> {
         }
         layers.append(&mut front);
         layers.extend(self.bars(unit, full, |_| Ink::Measured));
-        let points = measured.iter().map(|(share, v)| (full * share, *v, String::new())).collect();
+        if has_loop {
+            layers.extend(self.loops(unit, full));
+        }
+        let is_down = |p: &&Point| has_loop && p.branch == Some(Branch::Unloading);
+        let mark = |p: &Point| Some((full * p.pressure_share, unit.from_si(p.measured_scalar()?), String::new()));
+        let (down, up): (Vec<&Point>, Vec<&Point>) = self.points().iter().partition(is_down);
+        let points = down.into_iter().filter_map(mark).collect();
+        layers.push(Layer::Marks { points, ink: Ink::Measured, shape: Shape::Ring });
+        let points = up.into_iter().filter_map(mark).collect();
         let marks = Layer::Marks { points, ink: Ink::Measured, shape: disc };
         if crowded {
             // A cloud of measured points must not hide the lines.
@@ -134,7 +151,7 @@ impl Group<'_> {
         }
         let title = format!("{} over pressure", measurement_title(first));
         let caption = format!(
-            "{}: measured, and every form. Arrows mark predictions beyond the axis. {}{}",
+            "{}: measured, and every form. {}{}",
             first.quantity.title,
             self.joined_fits_told(),
             self.bars_told()
@@ -144,13 +161,53 @@ impl Group<'_> {
             x_title,
             y_title: axis(&first.quantity.title, unit),
             x: self.pressure_range(full, 0.04),
-            x_labelled_to: None,
             y,
-            rows: vec![],
             layers,
             legend,
+            readings: self.said(unit, full, &self.forms()),
+            ..Chart::default()
         };
         (chart, caption)
+    }
+
+    /// Forms that are compared point by point.
+    fn forms(&self) -> Vec<&Comparison> {
+        self.by_points().map(|(_, c, _)| c).filter(|c| c.kind != "none").collect()
+    }
+
+    /// The measured value and those of some forms at every pressure.
+    fn said(&self, unit: Unit, full: f64, forms: &[&Comparison]) -> Vec<Reading> {
+        let Some((_, first, _)) = self.by_points().next() else { return vec![] };
+        let said = self.points().iter().enumerate().map(|(i, p)| {
+            let here = || forms.iter().filter_map(|c| Some((*c, c.points.get(i)?)));
+            let head = [readings::heading(first, p), readings::measured(first, p, unit)];
+            let weight = here().filter_map(|(_, p)| p.residual).map(f64::abs).fold(0.0, f64::max);
+            let lines = head.into_iter().chain(here().map(|(c, p)| readings::predicted(c, p, unit))).collect();
+            Said { at: (full * p.pressure_share, 0.0), lines, weight }
+        });
+        let range = self.pressure_range(full, 0.04);
+        readings::columns(said.collect(), range.end - range.start)
+    }
+
+    /// Whether the pressure went up and down.
+    fn has_loop(&self) -> bool {
+        let any = |branch| self.points().iter().any(|p| p.branch == Some(branch) && p.measured.is_some());
+        any(Branch::Loading) && any(Branch::Unloading)
+    }
+
+    /// The measured loop: a line for each way of the pressure.
+    fn loops(&self, unit: Unit, full: f64) -> Vec<Layer> {
+        let way = |branch: Branch| {
+            let on_it = self.points().iter().filter(|p| p.branch == Some(branch));
+            let place = |p: &Point| Some((full * p.pressure_share, unit.from_si(p.measured_scalar()?)));
+            let mut points: Vec<(f64, f64)> = on_it.filter_map(place).collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            points
+        };
+        let (up, mut down) = (way(Branch::Loading), way(Branch::Unloading));
+        // The way down begins where the way up ends.
+        down.extend(up.last());
+        [up, down].map(|points| Layer::Trail { points, ink: Ink::Measured }).into()
     }
 
     /// One form under several conditions: a colour per set of conditions, marks measured, lines predicted.
@@ -184,11 +241,11 @@ impl Group<'_> {
             // Through one pressure a constant line would show a dependence that is neither computed nor measured.
             let constant = line.windows(2).all(|pair| pair[0].1.to_bits() == pair[1].1.to_bits());
             if line.len() > 1 && !(one_pressure && constant) {
-                layers.push(Layer::Line { points: line, ink, dashed: false });
+                layers.push(Layer::Line { points: line, ink, is_dashed: false });
             } else {
                 for (x, v, _) in here().filter_map(|p| p.predicted_scalar().map(|v| mark(p.pressure_share, v))) {
                     let dash = vec![(x - 0.025 * full, v), (x + 0.025 * full, v)];
-                    layers.push(Layer::Line { points: dash, ink, dashed: false });
+                    layers.push(Layer::Line { points: dash, ink, is_dashed: false });
                 }
             }
             let points = here().filter_map(|p| p.measured_scalar().map(|m| mark(p.pressure_share, m))).collect();
@@ -196,7 +253,7 @@ impl Group<'_> {
             front.push(Layer::Marks { points, ink, shape });
             let words: Vec<String> = comparison.conditions.iter().zip(*set).map(|(c, v)| c.text(*v)).collect();
             let shape = any_measured.then_some(shape);
-            legend.push(Key { text: words.join(", "), ink, shape, line: Some(false), band: false });
+            legend.push(Key { text: words.join(", "), ink, shape, line: Some(false), band: None });
         }
         layers.extend(self.bars(unit, full, |p| {
             Ink::Form(sets.iter().position(|set| *set == p.conditions_si.as_slice()).unwrap_or(0))
@@ -219,11 +276,11 @@ impl Group<'_> {
             x_title,
             y_title: axis(&comparison.quantity.title, unit),
             x: self.pressure_range(full, 0.04),
-            x_labelled_to: None,
             y,
-            rows: vec![],
             layers,
             legend,
+            readings: self.said(unit, full, &[comparison]),
+            ..Chart::default()
         };
         (chart, caption)
     }
@@ -239,15 +296,14 @@ impl Group<'_> {
         let (mut layers, mut all) = (Vec::new(), measured.clone());
         let crowded = self.is_crowded();
         let disc = if crowded { Shape::Dot } else { Shape::Disc };
-        let mut legend =
-            vec![Key { text: "measured".into(), ink: Ink::Measured, shape: Some(disc), line: None, band: false }];
+        let mut legend = vec![Key::mark("measured", Ink::Measured, disc)];
         for (i, comparison, curve) in self.by_points().filter(|(_, c, _)| c.kind != "none") {
             let (ink, shape) = (Ink::Form(i), Shape::of_form(i));
             let published = comparison.kind == "published";
             let points: Vec<(f64, f64)> =
                 comparison.points.iter().filter_map(|p| p.predicted.as_deref().and_then(at)).collect();
             let text = legend_text(comparison, points.is_empty());
-            legend.push(Key { text, ink, shape: Some(shape), line: Some(published), band: false });
+            legend.push(Key { text, ink, shape: Some(shape), line: Some(published), band: None });
             // Under conditions, which change from point to point, the path is the one through the points.
             let lines: Vec<Vec<(f64, f64)>> = if comparison.conditions.is_empty() {
                 let traces = curve.iter().flat_map(|c| &c.traces);
@@ -256,30 +312,51 @@ impl Group<'_> {
                 vec![points.clone()]
             };
             for line in lines.into_iter().filter(|line| line.len() > 1) {
-                layers.push(Layer::Line { points: line, ink, dashed: published });
+                layers.push(Layer::Line { points: line, ink, is_dashed: published });
             }
             if !crowded {
+                let ends =
+                    comparison.points.iter().filter(|p| p.status == PointStatus::Used).filter_map(|p| {
+                        Some([p.measured.as_deref().and_then(at)?, p.predicted.as_deref().and_then(at)?])
+                    });
+                layers.push(Layer::Vectors { ends: ends.collect(), ink });
                 let marks = points.iter().map(|(x, y)| (*x, *y, String::new())).collect();
                 layers.push(Layer::Marks { points: marks, ink, shape });
             }
             all.extend(points);
         }
+        let said = first.points.iter().enumerate().filter_map(|(i, p)| {
+            let here = || self.forms().into_iter().filter_map(move |c| Some((c, c.points.get(i)?)));
+            let head = [readings::heading(first, p), readings::measured(first, p, unit)];
+            let distance = |(c, p): (&Comparison, &Point)| {
+                let apart = readings::residual(c, p, unit).map(|text| format!("{text} away"));
+                apart.unwrap_or_else(|| readings::predicted(c, p, unit))
+            };
+            let weight = here().filter_map(|(_, p)| p.residual).map(f64::abs).fold(0.0, f64::max);
+            let lines = head.into_iter().chain(here().map(distance)).collect();
+            Some(Said { at: p.measured.as_deref().and_then(at)?, lines, weight })
+        });
+        let readings = readings::places(said.collect());
         let points = measured.iter().map(|(x, y)| (*x, *y, String::new())).collect();
         layers.push(Layer::Marks { points, ink: Ink::Measured, shape: disc });
         let more = if rest.is_empty() { String::new() } else { format!("; {} is not shown", rest.join(", ")) };
+        let (x, y) = (spread(all.iter().map(|p| p.0), 0.08), spread(all.iter().map(|p| p.1), 0.08));
+        let slender = ((x.end - x.start) / (y.end - y.start)).ln().abs() > SLENDER.ln();
+        let (x, y) = if slender { (x, y) } else { to_scale(x, y) };
+        let scales = if slender { "The axes have different scales." } else { "The axes have the same scale." };
         let chart = Chart {
             title: format!("{}: path", measurement_title(first)),
             x_title: axis(a, unit),
             y_title: axis(b, unit),
-            x: spread(all.iter().map(|p| p.0), 0.08),
-            x_labelled_to: None,
-            y: spread(all.iter().map(|p| p.1), 0.08),
-            rows: vec![],
+            x,
+            y,
             layers,
             legend,
+            readings,
+            ..Chart::default()
         };
         let caption = format!(
-            "{}: {b} over {a}, measured and predicted as the pressure rises{more}. {}The axes have different scales.",
+            "{}: {b} over {a}, measured and predicted as the pressure rises{more}; arrows lead from measured to predicted. {}{scales}",
             first.quantity.title,
             self.joined_fits_told()
         );

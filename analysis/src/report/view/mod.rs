@@ -1,6 +1,7 @@
 //! What pages show: stored numbers as text.
 
 mod budget;
+mod overview;
 mod session;
 mod tables;
 
@@ -13,6 +14,7 @@ use pneuval_ingest::units::Unit;
 use budget::BudgetTable;
 use session::{MaterialView, SessionView};
 use tables::{MetricTable, PointTable};
+pub use tables::{place, values};
 
 use super::figures::Figure;
 use super::group::{by_measurement, measurement_title};
@@ -77,6 +79,8 @@ pub struct Card {
     pub title: String,
     pub summary: String,
     pub decision: DecisionView,
+    /// Worst bound, sessions, specimens, points.
+    pub facts: Vec<(&'static str, String)>,
 }
 
 /// A row of the comparison table.
@@ -110,8 +114,9 @@ pub struct Row {
 pub struct ActuatorPage<'a> {
     pub record: &'a ActuatorRecord,
     pub decision: DecisionView,
+    pub facts: Vec<(&'static str, String)>,
     pub rows: Vec<Row>,
-    pub figures: Vec<FigureView>,
+    pub figures: Vec<FigureView<'a>>,
     /// Some dataset names figures whose data are not printed.
     pub unprinted: bool,
     pub tables: Vec<PointTable>,
@@ -126,12 +131,15 @@ pub struct ActuatorPage<'a> {
 }
 
 #[derive(Serialize)]
-pub struct FigureView {
-    pub width: u32,
-    pub height: u32,
-    pub name: String,
-    pub caption: String,
-    pub data: String,
+pub struct FigureView<'a> {
+    pub name: &'a str,
+    pub title: &'a str,
+    pub caption: &'a str,
+    /// An `svg` element.
+    pub svg: &'a str,
+    pub legend: &'a [(String, String)],
+    /// There is a PNG file of it.
+    pub has_file: bool,
 }
 
 /// A form's equation and source.
@@ -179,10 +187,14 @@ pub fn index(results: &Results) -> Index {
         title: a.title.clone(),
         summary: a.summary.clone(),
         decision: decision(results, Some(&a.id)),
+        facts: overview::facts(results, a),
     };
+    let mut overview: Vec<Card> = results.actuators.iter().map(card).collect();
+    // A reader looks for what went wrong.
+    overview.sort_by_key(|card| ["bad", "open"].iter().position(|tone| *tone == card.decision.tone).unwrap_or(2));
     Index {
         decision: decision(results, None),
-        overview: results.actuators.iter().map(card).collect(),
+        overview,
         rows: rows_by_urgency(results),
         findings: results.findings.iter().map(finding).collect(),
         losses: results.losses(),
@@ -383,7 +395,7 @@ pub fn decision(results: &Results, actuator: Option<&str>) -> DecisionView {
 pub fn actuator_page<'a>(
     results: &'a Results,
     record: &'a ActuatorRecord,
-    figures: &[Figure],
+    figures: &'a [Figure],
     photographs: &BTreeMap<String, Vec<u8>>,
 ) -> ActuatorPage<'a> {
     let mine: Vec<&Comparison> = results.comparisons.iter().filter(|c| c.actuator == record.id).collect();
@@ -392,6 +404,7 @@ pub fn actuator_page<'a>(
     ActuatorPage {
         record,
         decision: decision(results, Some(&record.id)),
+        facts: overview::facts(results, record),
         rows: mine.iter().map(|c| row(results, c)).collect(),
         figures: figures.iter().filter(|f| f.actuator == record.id).map(figure_view).collect(),
         unprinted: record.datasets.iter().any(|d| !d.unprinted.is_empty()),
@@ -412,14 +425,14 @@ pub fn actuator_page<'a>(
     }
 }
 
-fn figure_view(figure: &Figure) -> FigureView {
-    use base64::Engine as _;
+fn figure_view(figure: &Figure) -> FigureView<'_> {
     FigureView {
-        width: figure.size.0,
-        height: figure.size.1,
-        name: figure.name.clone(),
-        caption: figure.caption.clone(),
-        data: base64::engine::general_purpose::STANDARD.encode(&figure.png),
+        name: &figure.name,
+        title: &figure.title,
+        caption: &figure.caption,
+        svg: &figure.svg,
+        legend: &figure.legend,
+        has_file: figure.png.is_some(),
     }
 }
 

@@ -76,7 +76,7 @@ pub(super) fn point_tables(comparisons: &[&Comparison]) -> Vec<PointTable> {
 }
 
 /// Where a point stands.
-fn place(c: &Comparison, point: &Point) -> String {
+pub fn place(c: &Comparison, point: &Point) -> String {
     match (c.against, point.at) {
         (Against::Time, Some(at)) => format!("{at:.4} s"),
         (Against::ArcLength, Some(at)) => format::percent(at),
@@ -192,7 +192,7 @@ fn conditions(c: &Comparison, values_si: &[f64]) -> Vec<String> {
 
 /// A value, or the components of a position: a printed one with the digits it was printed with, any other with the half width
 /// of its interval, in the same unit.
-fn values(values_si: &[f64], half_widths: &[f64], printed: bool, unit: Unit) -> String {
+pub fn values(values_si: &[f64], half_widths: &[f64], printed: bool, unit: Unit) -> String {
     let number = |(value, half): (&f64, &f64)| {
         let (value, half) = (unit.from_si(*value), unit.from_si(*half));
         if half > 0.0 && printed {
