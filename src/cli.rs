@@ -56,6 +56,29 @@ pub enum Command {
     Models(Models),
     /// List the material laws: energies, stresses, constants, check values; and the papers' constants in them
     Materials(Materials),
+    /// Print what a shell needs to complete commands and flags
+    Completions(Completions),
+    /// Write man pages: one for the program, one for each command
+    Man(Man),
+}
+
+/// Print what a shell needs to complete commands and flags.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval completions bash > ~/.local/share/bash-completion/completions/pneuval\n  pneuval completions zsh > ~/.zfunc/_pneuval\n  pneuval completions fish > ~/.config/fish/completions/pneuval.fish"
+)]
+pub struct Completions {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+/// Write man pages: one for the program, one for each command.
+#[derive(Args)]
+#[command(after_help = "Example:\n  pneuval man --out ~/.local/share/man/man1 && man pneuval-validate")]
+pub struct Man {
+    /// Folder for the pages; pages of these names there are replaced
+    #[arg(long, value_name = "FOLDER", default_value = "man")]
+    pub out: PathBuf,
 }
 
 /// Compare every prediction with its measurement, judge it, write a report.
@@ -78,16 +101,29 @@ pub struct Validate {
     #[arg(long, value_name = "FILE")]
     pub bounds: Option<PathBuf>,
     /// Write pages without figures: faster, for many comparisons
-    #[arg(long)]
+    #[arg(long, conflicts_with = "every_figure")]
     pub no_figures: bool,
+    #[command(flatten)]
+    pub drawn: Drawn,
     /// Write no folder at all: every number computed and judged, for the table and the exit code
-    #[arg(long, conflicts_with_all = ["out", "no_figures", "report_only"])]
+    #[arg(long, conflicts_with_all = ["out", "no_figures", "every_figure", "one_file", "report_only"])]
     pub no_report: bool,
     /// Exit 0 whatever the verdicts; page one says so
     #[arg(long)]
     pub report_only: bool,
     #[command(flatten)]
     pub told: Told,
+}
+
+/// How a report is drawn.
+#[derive(Args)]
+pub struct Drawn {
+    /// Draw the figures of every session, as files too, however many there are
+    #[arg(long)]
+    pub every_figure: bool,
+    /// Put photographs into the pages, so that each page is one file that can be sent alone
+    #[arg(long)]
+    pub one_file: bool,
 }
 
 /// How the results are told on standard output.
@@ -246,6 +282,8 @@ pub struct Report {
     /// Folder for the report; by default the one that was read
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub drawn: Drawn,
     /// Print results.json instead of the folder's name
     #[arg(long)]
     pub json: bool,

@@ -8,11 +8,14 @@ mod gate;
 mod ingest;
 mod init;
 mod inspect;
+mod manual;
 mod materials;
 mod measure;
 mod models;
 mod output;
+mod paint;
 mod predict;
+mod progress;
 mod rehearse;
 mod report;
 mod selftest;
@@ -42,6 +45,8 @@ fn main() -> ExitCode {
         Command::Selftest(arguments) => selftest::run(&arguments),
         Command::Models(arguments) => models::run(&arguments),
         Command::Materials(arguments) => materials::run(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::man(&arguments),
     };
     exit::finish(outcome)
 }

@@ -8,6 +8,8 @@ use serde::Serialize;
 use pneuval_analysis::format::visible;
 use pneuval_analysis::results::Results;
 
+use crate::paint;
+
 /// Prints text to standard output.
 ///
 /// # Errors
@@ -33,8 +35,27 @@ pub fn print_json_text(text: &str) -> io::Result<()> {
     write(&out)
 }
 
+/// Prints a script for a shell as it is.
+///
+/// # Errors
+/// As [`print()`].
+pub fn print_script(script: &[u8]) -> io::Result<()> {
+    write(&String::from_utf8_lossy(script))
+}
+
+/// Prints painted text, whose parts from files and users are visible already; colour only where it is wanted.
+///
+/// # Errors
+/// As [`print()`].
+pub fn print_painted(text: &str) -> io::Result<()> {
+    write_to(&mut anstream::stdout().lock(), text)
+}
+
 fn write(text: &str) -> io::Result<()> {
-    let mut out = std::io::stdout().lock();
+    write_to(&mut io::stdout().lock(), text)
+}
+
+fn write_to(out: &mut impl io::Write, text: &str) -> io::Result<()> {
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         // A reader that has seen enough (`| head`) is no error, and does not change what the exit code says.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -53,7 +74,19 @@ pub fn print_json(value: &impl Serialize) -> io::Result<()> {
 
 /// Tells something on standard error; if nobody can read that either, the exit code still says it.
 pub fn tell(message: &str) {
-    let _ = writeln!(std::io::stderr(), "{}", visible(message));
+    let _ = writeln!(anstream::stderr(), "{}", paint::told(&no_command(&visible(message))));
+}
+
+/// A name that holds a line break must not begin what a CI server takes for a command (`::error::`, `##[error]`, `##vso[`).
+fn no_command(message: &str) -> String {
+    let mut lines = message.split('\n');
+    let mut out = lines.next().unwrap_or_default().to_owned();
+    for line in lines {
+        let begins = line.trim_start();
+        out += if begins.starts_with("::") || begins.starts_with("##") { "\\u{a}" } else { "\n" };
+        out += line;
+    }
+    out
 }
 
 /// Tells every finding, and what the losses mean.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pneuval_analysis::folder::{self, Drawing};
+use pneuval_analysis::folder::{self, Drawing, Figures};
 
 use crate::cli::Report;
 use crate::exit::{Failure, Outcome};
@@ -12,7 +12,9 @@ pub fn run(arguments: &Report) -> Result<Outcome, Failure> {
     let (results_folder, evaluation) = folder::load(&arguments.results)?;
     // The results folder lies in the report's.
     let out = arguments.out.as_deref().or_else(|| results_folder.parent()).unwrap_or(Path::new("report"));
-    let results = folder::publish(out, evaluation, Drawing::Figures)?;
+    let figures = if arguments.drawn.every_figure { Figures::Every } else { Figures::Some };
+    let drawing = Drawing { figures, one_file: arguments.drawn.one_file };
+    let results = folder::publish(out, evaluation, drawing)?;
     if arguments.json {
         output::print_json_text(&folder::to_json(&results)?)?;
     } else {

@@ -5,11 +5,14 @@ use std::fmt::Write as _;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use terminal_size::{Width, terminal_size_of};
 
+use pneuval_analysis::format::visible;
 use pneuval_analysis::metrics::Metric;
 use pneuval_analysis::report::text;
 use pneuval_analysis::results::{Comparison, Results, Standing};
 
-/// The rows of the results, their reasons where something needs one, and the decision.
+use crate::paint::{self, Tone};
+
+/// The rows of the results, their reasons where something needs one, and the decision: painted, and nothing in it unseen.
 pub fn render(results: &Results) -> String {
     let headers = ["type", "quantity", "prediction", "n", "RMSE", "max |e|", "max relative error", "bound", "verdict"];
     let mut table = plain(&headers, &[3, 4, 5, 6]);
@@ -17,17 +20,28 @@ pub fn render(results: &Results) -> String {
         table.add_row(row(comparison));
     }
     fit(&mut table);
-    let mut out = format!("{}\n\n", table.trim_fmt());
+    let mut out = format!("{}\n\n", paint::verdicts(&visible(&table.trim_fmt())));
     for comparison in results.comparisons.iter().filter(|c| !matches!(c.standing(), Standing::AsExpected)) {
         // Writing to a String cannot fail.
-        let _ = writeln!(out, "{} {}: {}", comparison.verdict.name(), comparison.id, comparison.sentence);
+        let verdict = paint::painted(tone(text::tone(comparison)), comparison.verdict.name());
+        let _ = writeln!(out, "{verdict} {}", visible(&format!("{}: {}", comparison.id, comparison.sentence)));
     }
     let partial = |c: &Comparison| c.metrics.iter().any(|m| m.over_predicted_points.is_some());
     if results.comparisons.iter().any(partial) {
         out += "( ) over the points that have a prediction, and meet it; never judged.\n";
     }
     let decision = text::decision(results);
-    out + &format!("{}: {}\n", decision.headline, decision.detail)
+    let headline = paint::painted(tone(decision.tone), &decision.headline);
+    out + &format!("{headline}: {}\n", decision.detail)
+}
+
+fn tone(name: &str) -> Tone {
+    match name {
+        "good" => Tone::Good,
+        "bad" => Tone::Bad,
+        "open" => Tone::Open,
+        _ => Tone::Quiet,
+    }
 }
 
 fn row(comparison: &Comparison) -> Vec<String> {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use pneuval_analysis::baseline::Move;
+use pneuval_analysis::format::visible;
 use pneuval_analysis::results::Results;
 use pneuval_analysis::{baseline, ci, folder};
 use serde::Serialize;
@@ -25,7 +26,7 @@ pub fn print(results: &Results, moves: Option<&[Move]>, told: &Told, report: Opt
         ToldFormat::Table => {
             let report = report.map_or(String::new(), |path| format!("Report: {}\n", path.display()));
             let since = moves.map_or(String::new(), baseline::text);
-            output::print(&(table::render(results) + &since + &report))?;
+            output::print_painted(&(table::render(results) + &visible(&(since + &report))))?;
         }
         ToldFormat::Json => match moves {
             Some(moves) => output::print_json(&Since { moves, results })?,

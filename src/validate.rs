@@ -4,7 +4,7 @@ use std::path::Path;
 
 use pneuval_analysis::bounds::Bounds;
 use pneuval_analysis::compare;
-use pneuval_analysis::folder::{self, Drawing};
+use pneuval_analysis::folder::{self, Drawing, Figures};
 use pneuval_analysis::results::SourceFile;
 use pneuval_analysis::study::{BoundsScope, Data, Input};
 use pneuval_datasets::{Found, FoundData, Located};
@@ -12,6 +12,7 @@ use pneuval_ingest::{digest, limits};
 
 use crate::cli::Validate;
 use crate::exit::{self, Failure, Outcome};
+use crate::progress::Progress;
 use crate::{output, told};
 
 pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
@@ -22,13 +23,22 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
         .iter()
         .map(|described| judged(described.bounds.as_ref(), named.as_ref()))
         .collect::<Result<Vec<Judged>, Failure>>()?;
-    let found = pneuval_datasets::load(described)?;
+    let mut reading = Progress::of("reading", "datasets", described.len());
+    let found = pneuval_datasets::load(described, &mut || reading.step())?;
+    drop(reading);
     let inputs: Vec<Input> = found.into_iter().zip(judged).map(|(found, judged)| input(found, judged)).collect();
-    let evaluation = compare::validate(&inputs, arguments.report_only)?;
+    let mut comparing = Progress::of("comparing", "datasets", inputs.len());
+    let evaluation = compare::validate(&inputs, arguments.report_only, &mut || comparing.step())?;
+    drop(comparing);
     let results = if arguments.no_report {
         folder::unpublished(evaluation)?
     } else {
-        let drawing = if arguments.no_figures { Drawing::None } else { Drawing::Figures };
+        let figures = match (arguments.no_figures, arguments.drawn.every_figure) {
+            (true, _) => Figures::None,
+            (false, false) => Figures::Some,
+            (false, true) => Figures::Every,
+        };
+        let drawing = Drawing { figures, one_file: arguments.drawn.one_file };
         folder::publish(&arguments.out, evaluation, drawing)?
     };
     output::tell_findings(&results);

@@ -202,10 +202,10 @@ fn stored_results_that_lead_elsewhere_are_refused() {
     let file = lab.path().join("report/results/results.json");
     let text = std::fs::read_to_string(&file).unwrap();
     for (from, to) in [
-        ("\"id\": \"balloon\"", "\"id\": \"../evil\""),
-        ("\"dataset\": \"balloon\"", "\"dataset\": \"/tmp/evil\""),
-        ("\"n_without_prediction\": 0", "\"n_without_prediction\": 18446744073709551615"),
-        ("\"chambers\": [\n        \"air\"", "\"chambers\": [\n        \"air\", \"b\""),
+        ("\"id\":\"balloon\"", "\"id\":\"../evil\""),
+        ("\"dataset\":\"balloon\"", "\"dataset\":\"/tmp/evil\""),
+        ("\"n_without_prediction\":0", "\"n_without_prediction\":18446744073709551615"),
+        ("\"chambers\":[\"air\"", "\"chambers\":[\"air\",\"b\""),
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(&file, text.replacen(from, to, 1)).unwrap();

@@ -333,7 +333,12 @@ fn a_report_shows_its_photographs_and_is_drawn_again_from_them() {
         .collect();
     assert_eq!(files.len(), 4, "{files:?}");
     let shown = page("report");
-    assert_eq!(shown.matches("data:image/jpeg;base64").count(), 4);
+    assert_eq!(shown.matches("src=\"results/photographs&#x2f;photos-").count(), 4);
+    assert!(!shown.contains("data:image/jpeg"));
+    // On request the page is all there is.
+    let alone = pneuval(folder.path(), &["report", "report", "--one-file", "--out", "alone"]);
+    assert_eq!((alone.code, page("alone").matches("data:image/jpeg;base64").count()), (0, 4), "{}", alone.err);
+    assert!(!page("alone").contains("results/photographs") && !page("alone").contains("results/figures/"));
     assert!(shown.contains("p1.png, run photos") && shown.contains("Not measured"), "{}", said.err);
     let drawn = image::open(folder.path().join("report/results/photographs/photos-1.jpg")).unwrap().into_rgb8();
     assert_eq!(drawn.width(), 480);

@@ -5,6 +5,7 @@
 //! OUT/results/results.json                 every number, with the digests of the files below
 //! OUT/results/results.schema.json          its JSON Schema
 //! OUT/results/series.parquet               curves
+//! OUT/results/logs.parquet                 channels of runs over time, thinned
 //! OUT/results/points.csv, points.parquet   every point that is compared
 //! OUT/results/junit.xml, summary.md        the decision for CI servers and pull requests
 //! OUT/results/figures/*.png                figures
@@ -15,12 +16,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use pneuval_ingest::store::{read_parquet, write_parquet};
+use pneuval_ingest::store::{Columns, read_parquet, write_parquet};
 use pneuval_ingest::{IngestError, digest, limits};
 
 use crate::AnalysisError;
 use crate::ci;
 use crate::compare::Evaluation;
+use crate::logs;
 use crate::photographs::{self, PHOTOGRAPHS, Shown};
 use crate::place::{self, Kind};
 use crate::report;
@@ -30,6 +32,7 @@ use crate::series;
 const RESULTS: &str = "results.json";
 const SCHEMA: &str = "results.schema.json";
 const SERIES: &str = "series.parquet";
+const LOGS: &str = "logs.parquet";
 const POINTS_CSV: &str = "points.csv";
 const POINTS_PARQUET: &str = "points.parquet";
 const JUNIT: &str = "junit.xml";
@@ -38,13 +41,24 @@ const FIGURES: &str = "figures";
 /// The results folder inside a report.
 const FOLDER: &str = "results";
 
-/// Whether figures are drawn.
+/// Which figures are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Drawing {
-    /// Every figure.
-    Figures,
+pub enum Figures {
     /// None: pages hold tables only.
     None,
+    /// Those that a reader needs most, where there are many.
+    Some,
+    /// Every one.
+    Every,
+}
+
+/// How a report is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Drawing {
+    /// Which figures.
+    pub figures: Figures,
+    /// Each page holds its photographs, too: it can be sent alone.
+    pub one_file: bool,
 }
 
 /// Draws an evaluation and writes it to a folder, replacing an earlier report of this program.
@@ -70,18 +84,26 @@ pub fn unpublished(evaluation: Evaluation) -> Result<Results, AnalysisError> {
 }
 
 fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
-    let Evaluation { mut results, curves, photographs } = evaluation;
+    let Evaluation { mut results, curves, logs, photographs } = evaluation;
     let folder = new.join(FOLDER);
     let figures_folder = folder.join(FIGURES);
     fs::create_dir_all(&folder).map_err(|source| IngestError::write(&folder, source))?;
-    write_parquet(&folder.join(SERIES), &series::to_columns(&curves))?;
     results.files.clear();
-    let series_path = folder.join(SERIES);
-    let bytes = fs::read(&series_path).map_err(|source| IngestError::read(&series_path, source))?;
-    results.files.insert(SERIES.to_owned(), digest::sha256(&bytes));
-    let figures = match drawing {
-        Drawing::Figures => report::figures(&results, &curves, report::Files::Png)?,
-        Drawing::None => vec![],
+    let points = ci::points(&results);
+    let mut stored = |name: &str, columns: Columns| -> Result<(), AnalysisError> {
+        let path = folder.join(name);
+        write_parquet(&path, &columns)?;
+        let bytes = fs::read(&path).map_err(|source| IngestError::read(&path, source))?;
+        results.files.insert(name.to_owned(), digest::sha256(&bytes));
+        Ok(())
+    };
+    stored(SERIES, series::to_columns(&curves))?;
+    stored(LOGS, logs::to_columns(&logs))?;
+    stored(POINTS_PARQUET, points)?;
+    let figures = match drawing.figures {
+        Figures::None => vec![],
+        Figures::Some => report::figures(&results, &curves, &logs, report::Files::Some)?,
+        Figures::Every => report::figures(&results, &curves, &logs, report::Files::Every)?,
     };
     // An empty folder would be none of the report's files.
     if figures.iter().any(|figure| figure.png.is_some()) {
@@ -92,9 +114,9 @@ fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Re
         write(&folder.join(&name), png)?;
         results.files.insert(name, digest::sha256(png));
     }
-    let photographs = match drawing {
-        Drawing::Figures => photographs::drawn(photographs)?,
-        Drawing::None => BTreeMap::new(),
+    let photographs = match drawing.figures {
+        Figures::None => BTreeMap::new(),
+        Figures::Some | Figures::Every => photographs::drawn(photographs)?,
     };
     if photographs.is_empty() {
         photographs::forget(&mut results);
@@ -106,10 +128,6 @@ fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Re
         write(&folder.join(name), jpeg)?;
         results.files.insert(name.clone(), digest::sha256(jpeg));
     }
-    write_parquet(&folder.join(POINTS_PARQUET), &ci::points(&results))?;
-    let parquet = folder.join(POINTS_PARQUET);
-    let parquet = fs::read(&parquet).map_err(|source| IngestError::read(&parquet, source))?;
-    results.files.insert(POINTS_PARQUET.to_owned(), digest::sha256(&parquet));
     for (name, bytes) in [
         (POINTS_CSV, ci::points_csv(&results)?),
         (JUNIT, ci::junit(&results, &[])?.into_bytes()),
@@ -121,7 +139,8 @@ fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Re
     let json = readable_json(&folder.join(RESULTS), &results)?;
     write(&folder.join(RESULTS), json.as_bytes())?;
     write(&folder.join(SCHEMA), schema_json()?.as_bytes())?;
-    for page in report::pages(&results, &figures, &photographs)? {
+    let within = if drawing.one_file { Some(&photographs) } else { None };
+    for page in report::pages(&results, &figures, within, drawing.figures == Figures::Every)? {
         write(&new.join(&page.name), page.html.as_bytes())?;
     }
     Ok(results)
@@ -143,7 +162,28 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), AnalysisError> {
 /// # Errors
 /// [`AnalysisError::Results`] if a number cannot be written, which the types rule out.
 pub fn to_json(results: &Results) -> Result<String, AnalysisError> {
-    pretty(results, RESULTS)
+    let Results { schema_version, program, metric_definitions, report_only, actuators, comparisons, findings, files } =
+        results;
+    let failed = |error: serde_json::Error| problem(Path::new(RESULTS), error.to_string(), "report this as a bug");
+    let members = [
+        ("schema_version", serde_json::to_string(schema_version)),
+        ("program", serde_json::to_string(program)),
+        ("metric_definitions", serde_json::to_string(metric_definitions)),
+        ("report_only", serde_json::to_string(report_only)),
+        ("actuators", lines(actuators)),
+        ("comparisons", lines(comparisons)),
+        ("findings", lines(findings)),
+        ("files", serde_json::to_string_pretty(files).map(|text| text.replace('\n', "\n  "))),
+    ];
+    let member = |(key, text): (&str, serde_json::Result<String>)| text.map(|text| format!("  \"{key}\": {text}"));
+    let members = members.into_iter().map(member).collect::<Result<Vec<_>, _>>().map_err(failed)?;
+    Ok(format!("{{\n{}\n}}\n", members.join(",\n")))
+}
+
+/// A list with one line for each member: short where there are many, and a difference is where it belongs.
+fn lines(list: &[impl serde::Serialize]) -> serde_json::Result<String> {
+    let members = list.iter().map(serde_json::to_string).collect::<serde_json::Result<Vec<_>>>()?;
+    Ok(if members.is_empty() { "[]".to_owned() } else { format!("[\n    {}\n  ]", members.join(",\n    ")) })
 }
 
 /// The text of `results.schema.json`.
@@ -151,13 +191,9 @@ pub fn to_json(results: &Results) -> Result<String, AnalysisError> {
 /// # Errors
 /// As [`to_json`].
 pub fn schema_json() -> Result<String, AnalysisError> {
-    pretty(&Results::schema(), SCHEMA)
-}
-
-fn pretty(value: &impl serde::Serialize, name: &str) -> Result<String, AnalysisError> {
-    match serde_json::to_string_pretty(value) {
+    match serde_json::to_string_pretty(&Results::schema()) {
         Ok(text) => Ok(text + "\n"),
-        Err(error) => Err(problem(Path::new(name), error.to_string(), "report this as a bug")),
+        Err(error) => Err(problem(Path::new(SCHEMA), error.to_string(), "report this as a bug")),
     }
 }
 
@@ -195,6 +231,10 @@ pub fn load(path: &Path) -> Result<(PathBuf, Evaluation), AnalysisError> {
     let curves = series::from_columns(&read_parquet(&series_path)?).ok_or_else(|| {
         problem(&series_path, "its columns are not those of curves".into(), "run `pneuval validate` again")
     })?;
+    let logs_path = folder.join(LOGS);
+    let logs = logs::from_columns(&read_parquet(&logs_path)?).ok_or_else(|| {
+        problem(&logs_path, "its columns are not those of logs".into(), "run `pneuval validate` again")
+    })?;
     let mut photographs = BTreeMap::new();
     for record in photographs::records(&results) {
         // Files that results name are checked above; what they do not name is not theirs.
@@ -205,7 +245,7 @@ pub fn load(path: &Path) -> Result<(PathBuf, Evaluation), AnalysisError> {
         let bytes = limits::read(&folder.join(&record.path), limits::RESULTS_BYTES_MAX)?;
         photographs.insert(record.path.clone(), Shown::Drawn(bytes));
     }
-    Ok((folder, Evaluation { results, curves, photographs }))
+    Ok((folder, Evaluation { results, curves, logs, photographs }))
 }
 
 fn parse(file: &Path, bytes: &[u8]) -> Result<Results, AnalysisError> {

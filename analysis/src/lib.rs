@@ -45,6 +45,7 @@ pub mod fit;
 pub mod folder;
 pub mod format;
 pub mod gate;
+pub mod logs;
 pub mod metrics;
 pub mod pairing;
 pub mod photographs;

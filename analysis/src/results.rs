@@ -22,8 +22,8 @@ pub use comparisons::{
 };
 pub use subjects::{
     ActuatorRecord, AlignmentRecord, CensusRecord, ChannelRecord, ConditionRecord, DatasetRecord, EstimateRecord,
-    InputRecord, IntervalRecord, LagRecord, ListingRecord, MaterialRecord, PhotographRecord, QuantityRecord, RunRecord,
-    SessionRecord, SourceFile, StatedRecord, TableRecord, WayRecord,
+    InputRecord, IntervalRecord, LagRecord, ListingRecord, MarkRecord, MaterialRecord, PhotographRecord,
+    QuantityRecord, RunRecord, SessionRecord, SourceFile, StatedRecord, TableRecord, WayRecord,
 };
 pub use trajectory::{Against, AlignmentKind, MeetingRecord, MovementAlignmentRecord, RunMeetingRecord};
 

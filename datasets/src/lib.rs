@@ -252,15 +252,15 @@ struct Place {
 /// # Errors
 /// As for [`describe`] and [`load`].
 pub fn find(paths: &[PathBuf]) -> Result<Vec<Found>, DatasetError> {
-    load(describe(paths)?)
+    load(describe(paths)?, &mut || {})
 }
 
-/// Reads the logs of all that was described.
+/// Reads the logs of all that was described, and says after each that it is done.
 ///
 /// # Errors
 /// The first log that cannot be read or does not fit its manifest. One that holds nothing usable counts only where no other error
 /// is found.
-pub fn load(described: Vec<Described>) -> Result<Vec<Found>, DatasetError> {
+pub fn load(described: Vec<Described>, done: &mut dyn FnMut()) -> Result<Vec<Found>, DatasetError> {
     let (mut found, mut unusable) = (Vec::with_capacity(described.len()), None);
     for described in described {
         match described.load() {
@@ -268,6 +268,7 @@ pub fn load(described: Vec<Described>) -> Result<Vec<Found>, DatasetError> {
             Err(error @ IngestError::Unusable { .. }) => unusable = unusable.or(Some(error)),
             Err(error) => return Err(error.into()),
         }
+        done();
     }
     unusable.map_or(Ok(found), |error| Err(error.into()))
 }

@@ -155,7 +155,7 @@ fn compared(plan: &str, seed: u32, repeats: usize) -> Result<Trial, Failure> {
         bounds_source: None,
         bounds_scope: BoundsScope::Embedded,
     };
-    let evaluation = validate(&[input], true)?;
+    let evaluation = validate(&[input], true, &mut || {})?;
     let of = |c: &Comparison, metric: Metric| {
         let record = c.metric(metric)?;
         Some((metric, (record.value?, record.lower.zip(record.upper))))

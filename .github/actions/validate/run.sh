@@ -29,7 +29,7 @@ output() { # NAME VALUE
 
 # The text of an annotation, as the runner wants it escaped.
 escaped() { # TEXT
-    local text="${1//'%'/%25}"
+    local text="${1//\%/%25}"
     text="${text//$'\r'/%0D}"
     printf '%s' "${text//$'\n'/%0A}"
 }
@@ -69,9 +69,10 @@ stop() { # CODE REPORT
     local text decision
     text="$(head -c 20000 "$scratch/told")"
     [ -n "$text" ] || text="error: $binary ended with exit code $1"
-    decision="${text%%$'\n'*}"
+    decision="$(grep -m 1 '^error' <<<"$text" || head -n 1 <<<"$text")"
     tell "$scratch/told"
     printf '::error title=pneuval::%s\n' "$(escaped "$text")"
+    # shellcheck disable=SC2001 # one line after the other
     { printf '## pneuval: no decision (exit code %s)\n\n' "$1" && sed 's/^/    /' <<<"$text"; } >"$scratch/summary"
     summarise "$scratch/summary"
     output exit-code "$1"
@@ -83,6 +84,7 @@ stop() { # CODE REPORT
 
 # An input that only this script can judge.
 refuse() { # NAME EXPECTED FOUND
+    # shellcheck disable=SC2016 # these are quotes, not commands
     printf 'error: input `%s`\n  expected: %s\n  found:    `%s`\n' "$1" "$2" "$3" >"$scratch/told"
     stop 2 ''
 }
@@ -140,9 +142,9 @@ summarise "$summary"
 # The last annotation is the decision.
 decision="$(tail -n 1 "$scratch/annotations")"
 decision="${decision#::notice title=pneuval::}"
-decision="${decision//'%0A'/ }"
-decision="${decision//'%0D'/ }"
-decision="${decision//'%25'/%}"
+decision="${decision//\%0A/ }"
+decision="${decision//\%0D/ }"
+decision="${decision//\%25/%}"
 [ "$code" = "$verdict" ] || decision="$decision · worse than the baseline"
 
 output exit-code "$code"

@@ -184,6 +184,11 @@ impl<'a> AlignedRun<'a> {
         self.epochs.get(stream).copied().flatten()
     }
 
+    /// Streams of one group may be set against each other.
+    pub fn group(&self, stream: usize) -> Option<usize> {
+        self.groups.get(stream).copied()
+    }
+
     /// How what a response measures on a stream may be read against the pressures on another.
     pub fn reach(&self, spec: &ResponseSpec, state: usize, stream: usize) -> Reach {
         let of_it = |lag: &&RunLag| lag.quantity == spec.quantity.id && lag.stream == stream;

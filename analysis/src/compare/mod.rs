@@ -14,6 +14,7 @@ pub(crate) use predict::{Between, Posed, predict};
 
 use crate::AnalysisError;
 use crate::gate::{judge_comparison, notes, strangers};
+use crate::logs::{self, Log};
 use crate::metrics::{self, Interval, Measure, Metric};
 use crate::pairing::{measure_published, measure_session, points};
 use crate::photographs::{self, Shown};
@@ -38,33 +39,36 @@ pub struct Evaluation {
     pub results: Results,
     /// The content of `series.parquet`.
     pub curves: Vec<Curve>,
+    /// The content of `logs.parquet`.
+    pub logs: Vec<Log>,
     /// Photographs that sessions show, by their path in the results folder.
     pub photographs: BTreeMap<String, Shown>,
 }
 
-/// Compares every prediction of every dataset with its measurement and judges it.
+/// Compares every prediction of every dataset with its measurement and judges it, and says after each dataset that it is done.
 ///
 /// # Errors
 /// [`AnalysisError`] for a comparison that cannot be posed: an unknown form, an input missing or in a wrong unit, a bound
 /// beside the dataset that meets no comparison. A model without a solution is no error but a failed comparison; data of a
 /// session that cannot be fitted leave theirs open.
-pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, AnalysisError> {
-    let studies = inputs.iter().map(Study::of).collect::<Result<Vec<_>, _>>()?;
+pub fn validate(inputs: &[Input], report_only: bool, done: &mut dyn FnMut()) -> Result<Evaluation, AnalysisError> {
+    let mut studies = Vec::new();
     let mut actuators: BTreeMap<String, ActuatorRecord> = BTreeMap::new();
     let mut comparisons = Vec::new();
     let mut curves = Vec::new();
     let mut findings = Vec::new();
+    let mut kept = Vec::new();
     let mut shown = BTreeMap::new();
-    for study in &studies {
-        let input = study.input;
+    for input in inputs {
+        let study = Study::of(input)?;
         for spec in &study.comparisons {
-            let (comparison, curve) = compare(study, spec)?;
+            let (comparison, curve) = compare(&study, spec)?;
             curves.push(curve);
             findings.extend(records::meetings(&comparison));
             comparisons.push(comparison);
         }
         for statistic in study.statistics {
-            comparisons.push(stated(study, statistic)?);
+            comparisons.push(stated(&study, statistic)?);
         }
         if input.bounds_scope == BoundsScope::Own
             && let Some(error) = input.bounds.unused(&input.actuator.id, &study.posed())
@@ -83,11 +87,14 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
             actuators.insert(input.actuator.id.clone(), records::actuator(&input.actuator)?);
         }
         if let Some(record) = actuators.get_mut(&input.actuator.id) {
-            let mut dataset = records::dataset(study);
-            photographs::show(study, &mut dataset, &mut shown);
+            let mut dataset = records::dataset(&study);
+            photographs::show(&study, &mut dataset, &mut shown);
+            logs::keep(&study, &mut dataset, &mut kept);
             record.datasets.push(dataset);
         }
-        findings.extend(records::findings(study));
+        findings.extend(records::findings(&study));
+        studies.push(study);
+        done();
     }
     findings.extend(unused_bounds(&studies));
     // Stable: what weighs most first, else in the order of the data.
@@ -102,7 +109,8 @@ pub fn validate(inputs: &[Input], report_only: bool) -> Result<Evaluation, Analy
         findings,
         files: BTreeMap::new(),
     };
-    Ok(Evaluation { results, curves, photographs: shown })
+    logs::thin(&mut kept);
+    Ok(Evaluation { results, curves, logs: kept, photographs: shown })
 }
 
 /// Rows of bounds that judged nothing in the whole run, and columns that nothing was compared with.

@@ -21,14 +21,16 @@ pub struct Page {
     pub html: String,
 }
 
-/// The index and one page per actuator; photographs by their path in the results folder.
+/// The index and one page per actuator. Photographs, by their path in the results folder, are set within the pages; without them pages
+/// name their files. Every dataset is shown in detail, or at most [`DATASETS_MAX`](super::figures::DATASETS_MAX) of an actuator.
 ///
 /// # Errors
 /// [`AnalysisError::Page`] if a template asks for what is not there.
 pub fn pages(
     results: &Results,
     figures: &[Figure],
-    photographs: &BTreeMap<String, Vec<u8>>,
+    photographs: Option<&BTreeMap<String, Vec<u8>>>,
+    every: bool,
 ) -> Result<Vec<Page>, AnalysisError> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -57,7 +59,7 @@ pub fn pages(
     };
     let mut pages = vec![render("index.html".to_owned(), "index.html", Content::Index(view::index(results)))?];
     for record in &results.actuators {
-        let page = view::actuator_page(results, record, figures, photographs);
+        let page = view::actuator_page(results, record, figures, photographs, every);
         pages.push(render(format!("{}.html", record.id), "actuator.html", Content::Actuator(Box::new(page)))?);
     }
     Ok(pages)

@@ -1,7 +1,7 @@
 //! The texts that pages and the terminal share, so that they cannot disagree.
 
 pub use super::view::{
-    DASH, DecisionView, NotedText, bounds, counted, excluded, expectation, metric_cell, relative_metric,
+    DASH, DecisionView, NotedText, bounds, counted, excluded, expectation, metric_cell, relative_metric, tone,
 };
 
 use crate::results::Results;

@@ -366,6 +366,25 @@ impl Comparison {
         texts.concat()
     }
 
+    /// How much of a bound is used; more than all of it where there is no value.
+    pub fn share_of(&self, judgement: &JudgementRecord) -> f64 {
+        let bound = &judgement.bound;
+        let value = self.metric(bound.metric).and_then(|m| m.value);
+        value.filter(|_| bound.max > 0.0).map_or(f64::INFINITY, |v| v / bound.max)
+    }
+
+    /// Its place in the order in which a reader needs comparisons: what differs first, then what is open, then by the share of the
+    /// bound that is used; what counts least has the greatest number.
+    pub fn urgency(&self) -> (u8, f64) {
+        let rank = match self.standing() {
+            Standing::Unexpected => 0,
+            Standing::Open => 1,
+            Standing::AsExpected => 2,
+            Standing::NotCounted => 3,
+        };
+        (rank, -self.judgements.iter().map(|j| self.share_of(j)).fold(0.0, f64::max))
+    }
+
     /// A metric's record.
     pub fn metric(&self, metric: Metric) -> Option<&MetricRecord> {
         self.metrics.iter().find(|m| m.metric == metric)

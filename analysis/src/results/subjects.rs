@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use pneuval_ingest::units::Unit;
 
+use super::Severity;
 use crate::format;
 
 /// An actuator and the data it was compared with.
@@ -251,6 +252,25 @@ pub struct RunRecord {
     pub span_s: Option<f64>,
     /// Samples per second where none are missing; of several clocks the fastest.
     pub rate_hz: Option<f64>,
+    /// Where findings are in its logs, as far as their time is known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<MarkRecord>,
+}
+
+/// Where a finding is in a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MarkRecord {
+    /// What kind it is, such as `gap`.
+    pub kind: String,
+    /// How much it matters.
+    pub severity: Severity,
+    /// The channels that it is about: one, or all on a clock.
+    pub channels: Vec<String>,
+    /// From then, in s since the first stamp of the run.
+    pub from_s: f64,
+    /// To then.
+    pub to_s: f64,
 }
 
 /// A channel of a session.

@@ -228,6 +228,10 @@ impl Frame<'_> {
             let tint = if row.is_muted { Tint::Muted } else { Tint::Ink };
             scene.words((self.left, y), row.name.clone(), Anchor::Start, Tint::Ink);
             scene.words((self.right, y), row.value.clone(), Anchor::End, tint);
+            // The name alone has room on a narrow page; the number stands in the text and the tables.
+            if let Some(Element::Words(words)) = scene.elements.last_mut() {
+                words.is_spare = true;
+            }
         }
     }
 

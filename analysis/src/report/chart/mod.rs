@@ -54,6 +54,8 @@ pub enum Ground {
     Bound,
     /// A finding is about it.
     Flag,
+    /// Material of a cross-section.
+    Solid,
 }
 
 /// Something drawn inside the axes.
@@ -108,6 +110,16 @@ impl Key {
         Self { text: text.into(), ink: Ink::Measured, shape: None, line: None, band: Some(ground) }
     }
 
+    /// Of material.
+    pub fn solid(text: impl Into<String>) -> Self {
+        Self::band(text, Ground::Solid)
+    }
+
+    /// Of an outline that is not known.
+    pub fn dashed(text: impl Into<String>) -> Self {
+        Self { text: text.into(), ink: Ink::Measured, shape: None, line: Some(true), band: None }
+    }
+
     /// Its swatch, 30 px wide and 18 high.
     fn elements(&self) -> Vec<Element> {
         let mut elements = Vec::new();
@@ -138,6 +150,7 @@ impl Ground {
         match self {
             Self::Bound => (Tint::Bound, Tint::BoundEdge),
             Self::Flag => (Tint::Flag, Tint::FlagEdge),
+            Self::Solid => (Tint::Solid, Tint::Ink),
         }
     }
 }

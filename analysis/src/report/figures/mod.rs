@@ -1,10 +1,12 @@
-//! Which figures a result has: response, residuals against bound, parity; errors that a paper only states; logs over time.
+//! Which figures a result has: cross-section, response, residuals against bound, parity; errors that a paper only states; logs over time.
 
+mod logs;
 mod movement;
 mod parity;
 mod readings;
 mod residuals;
 mod response;
+mod section;
 mod stated;
 
 use std::ops::Range;
@@ -16,7 +18,8 @@ use super::group::by_measurement;
 use super::scene::{Scene, png, svg};
 use crate::AnalysisError;
 use crate::format;
-use crate::results::{Comparison, Point, PointStatus, Results};
+use crate::logs::Log;
+use crate::results::{ActuatorRecord, Comparison, Point, PointStatus, Results};
 use crate::series::Curve;
 use crate::verdict::Verdict;
 
@@ -39,13 +42,15 @@ pub struct Figure {
     pub png: Option<Vec<u8>>,
 }
 
-/// What is drawn of a figure.
+/// Which figures become files beside the pages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Files {
-    /// The page alone.
+    /// None.
     None,
-    /// PNG files, too.
-    Png,
+    /// At most [`FILES_MAX`], and on pages the figures of at most [`DATASETS_MAX`] datasets and [`RUNS_MAX`] runs of an actuator.
+    Some,
+    /// Every figure there is, on pages and as files.
+    Every,
 }
 
 /// Comparisons of one quantity of one dataset, in the order of the results.
@@ -61,25 +66,51 @@ struct Plan {
     name: String,
     actuator: String,
     caption: String,
-    panels: Vec<Chart>,
+    content: Content,
+    /// What all sessions together show comes before what one shows.
+    rank: usize,
 }
+
+enum Content {
+    /// Charts above one another.
+    Panels(Vec<Chart>),
+    /// What is no chart.
+    Drawing { title: String, scene: Scene, legend: Vec<Key> },
+}
+
+/// Datasets of an actuator that are shown in detail, unless every one is asked for: those that a reader needs most.
+pub const DATASETS_MAX: usize = 12;
+
+/// Runs of an actuator that are drawn over time, unless every one is asked for.
+pub const RUNS_MAX: usize = 12;
+
+/// Figures that become files, unless every one is asked for.
+pub const FILES_MAX: usize = 32;
 
 /// More marks than this would hide one another: they become dots, and predictions lines without marks.
 const MARKS_MAX: usize = 60;
 
-/// Every figure of the results, in the order in which pages show them.
+/// Every figure of the results that is drawn, in the order in which pages show them.
 ///
 /// # Errors
 /// [`AnalysisError::Figure`] with the figure's name.
-pub fn figures(results: &Results, curves: &[Curve], files: Files) -> Result<Vec<Figure>, AnalysisError> {
-    let plans = plans(results, curves);
+pub fn figures(results: &Results, curves: &[Curve], logs: &[Log], files: Files) -> Result<Vec<Figure>, AnalysisError> {
+    let plans = plans(results, curves, logs, files == Files::Every);
+    let mut ranks: Vec<usize> = plans.iter().map(|plan| plan.rank).collect();
+    ranks.sort_unstable();
+    let last = match files {
+        Files::None => None,
+        Files::Every => Some(usize::MAX),
+        Files::Some => Some(ranks.get(FILES_MAX).map_or(usize::MAX, |next| next.saturating_sub(1))),
+    };
+    let is_file = |plan: &Plan| last.is_some_and(|last| plan.rank <= last);
     // Files cost as much as everything else together, and none depends on another.
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let share = plans.len().div_ceil(threads).max(1);
     std::thread::scope(|scope| {
         let drawn: Vec<_> = plans
             .chunks(share)
-            .map(|chunk| scope.spawn(move || chunk.iter().map(|plan| draw(plan, files)).collect::<Vec<_>>()))
+            .map(|chunk| scope.spawn(move || chunk.iter().map(|plan| draw(plan, is_file(plan))).collect::<Vec<_>>()))
             .collect();
         drawn
             .into_iter()
@@ -88,28 +119,32 @@ pub fn figures(results: &Results, curves: &[Curve], files: Files) -> Result<Vec<
     })
 }
 
-fn draw(plan: &Plan, files: Files) -> Result<Figure, AnalysisError> {
+fn draw(plan: &Plan, is_file: bool) -> Result<Figure, AnalysisError> {
     let failed = |message| AnalysisError::Figure { figure: plan.name.clone(), message };
-    let scene: Scene = stacked(&plan.panels).map_err(failed)?;
-    let title = plan.panels.first().map_or(String::new(), |panel| panel.title.clone());
-    // Panels that share a key show it once.
-    let mut legend: Vec<Key> = Vec::new();
-    for key in plan.panels.iter().flat_map(|panel| &panel.legend) {
-        if !legend.contains(key) {
-            legend.push(key.clone());
+    let (title, scene, legend) = match &plan.content {
+        Content::Drawing { title, scene, legend } => (title.clone(), scene.clone(), legend.clone()),
+        Content::Panels(panels) => {
+            // Panels that share a key show it once.
+            let mut legend: Vec<Key> = Vec::new();
+            for key in panels.iter().flat_map(|panel| &panel.legend) {
+                if !legend.contains(key) {
+                    legend.push(key.clone());
+                }
+            }
+            let title = panels.first().map_or(String::new(), |panel| panel.title.clone());
+            (title, stacked(panels).map_err(failed)?, legend)
         }
-    }
+    };
     let svg = svg(&scene, &plan.caption);
-    let png = match files {
-        Files::None => None,
-        Files::Png => {
-            let texts = [
-                ("Title", title.clone()),
-                ("Description", plan.caption.clone()),
-                ("Software", concat!("pneuval ", env!("CARGO_PKG_VERSION")).to_owned()),
-            ];
-            Some(png(&file(&title, scene, &legend), &texts).map_err(failed)?)
-        }
+    let png = if is_file {
+        let texts = [
+            ("Title", title.clone()),
+            ("Description", plan.caption.clone()),
+            ("Software", concat!("pneuval ", env!("CARGO_PKG_VERSION")).to_owned()),
+        ];
+        Some(png(&file(&title, scene, &legend), &texts).map_err(failed)?)
+    } else {
+        None
     };
     Ok(Figure {
         name: plan.name.clone(),
@@ -122,38 +157,58 @@ fn draw(plan: &Plan, files: Files) -> Result<Figure, AnalysisError> {
     })
 }
 
-fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
+fn plans(results: &Results, curves: &[Curve], logs: &[Log], every: bool) -> Vec<Plan> {
     let mut plans = Vec::new();
     for actuator in &results.actuators {
-        let mut plan = |name: String, synthetic: bool, (mut chart, mut caption): (Chart, String)| {
-            if chart.reaches_beyond() {
+        plans.extend(section::section(actuator).map(|section| Plan {
+            name: format!("{}_section", actuator.id),
+            actuator: actuator.id.clone(),
+            caption: section.caption,
+            content: Content::Drawing {
+                title: "Cross-section, to scale".to_owned(),
+                scene: section.scene,
+                legend: section.legend,
+            },
+            rank: 0,
+        }));
+        let order = by_urgency(results, actuator);
+        let rank_of = |dataset: &str| 1 + order.iter().position(|id| *id == dataset).unwrap_or(order.len());
+        let is_drawn = |dataset: &str| every || rank_of(dataset) <= DATASETS_MAX;
+        let mut plan = |name: String, rank: usize, synthetic: bool, (panels, mut caption): (Vec<Chart>, String)| {
+            if panels.iter().any(Chart::reaches_beyond) {
                 caption.push_str(" Arrows at the edge mark what lies beyond the axes.");
             }
-            if synthetic {
+            let mut panels = panels;
+            if let Some(first) = panels.first_mut().filter(|_| synthetic) {
                 // In front, where no length of the title can cut it off.
-                chart.title = format!("Synthetic: {}", chart.title);
+                first.title = format!("Synthetic: {}", first.title);
             }
-            plans.push(Plan { name, actuator: actuator.id.clone(), caption, panels: vec![chart] });
+            plans.push(Plan { name, actuator: actuator.id.clone(), caption, content: Content::Panels(panels), rank });
         };
+        let one = |(chart, caption): (Chart, String)| (vec![chart], caption);
         let groups = groups(results, curves, &actuator.id);
         for group in &groups {
             let Some(first) = group.comparisons.first() else { continue };
+            if !is_drawn(&first.dataset) {
+                continue;
+            }
+            let rank = rank_of(&first.dataset);
             // Ids hold no underscore, so names cannot meet.
             let name = format!("{}_{}", first.dataset, first.quantity.id);
             if group.is_movement() {
                 for (suffix, figure) in group.movements() {
-                    plan(format!("{name}{suffix}"), group.synthetic, figure);
+                    plan(format!("{name}{suffix}"), rank, group.synthetic, one(figure));
                 }
                 continue;
             }
             for (suffix, figure) in group.responses() {
-                plan(format!("{name}_response{suffix}"), group.synthetic, figure);
+                plan(format!("{name}_response{suffix}"), rank, group.synthetic, one(figure));
             }
             if group.judges_points() {
-                plan(format!("{name}_residuals"), group.synthetic, group.residuals());
+                plan(format!("{name}_residuals"), rank, group.synthetic, one(group.residuals()));
             }
             if let Some(figure) = group.stated() {
-                plan(format!("{name}_stated"), group.synthetic, figure);
+                plan(format!("{name}_stated"), rank, group.synthetic, one(figure));
             }
         }
         let mut units: Vec<Unit> = Vec::new();
@@ -168,11 +223,40 @@ fn plans(results: &Results, curves: &[Curve]) -> Vec<Plan> {
                     other => other.replace(['/', ' ', '(', ')'], "-"),
                 };
                 let name = format!("{}_parity_{symbol}", actuator.id);
-                plan(name, same.iter().any(|g| g.synthetic), parity::parity(&same, unit));
+                plan(name, 0, same.iter().any(|g| g.synthetic), one(parity::parity(&same, unit)));
+            }
+        }
+        let sittings = actuator.datasets.iter().filter(|dataset| is_drawn(&dataset.id));
+        let sittings = sittings.filter_map(|dataset| Some((dataset, dataset.session.as_ref()?)));
+        let n = sittings.clone().count();
+        let runs_max = if every { usize::MAX } else { (RUNS_MAX / n.max(1)).max(1) };
+        for (dataset, session) in sittings {
+            for run in logs::runs_by_findings(session).into_iter().take(runs_max) {
+                let here = |log: &&Log| log.dataset == dataset.id && log.run == run.id;
+                let here: Vec<&Log> = logs.iter().filter(here).collect();
+                if let Some(figure) = logs::panels(dataset, run, &here) {
+                    let rank = rank_of(&dataset.id) + order.len();
+                    plan(format!("{}_{}_log", dataset.id, run.id), rank, session.synthetic, figure);
+                }
             }
         }
     }
     plans
+}
+
+/// Datasets of an actuator, those first that a reader needs most.
+pub fn by_urgency<'a>(results: &'a Results, actuator: &ActuatorRecord) -> Vec<&'a str> {
+    let mine = results.comparisons.iter().filter(|c| c.actuator == actuator.id);
+    let mut all: Vec<(&str, (u8, f64))> = mine.map(|c| (c.dataset.as_str(), c.urgency())).collect();
+    // Stable: else as they were read.
+    all.sort_by(|(_, a), (_, b)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut order: Vec<&str> = Vec::new();
+    for (dataset, _) in all {
+        if !order.contains(&dataset) {
+            order.push(dataset);
+        }
+    }
+    order
 }
 
 fn groups<'a>(results: &'a Results, curves: &'a [Curve], actuator: &str) -> Vec<Group<'a>> {

@@ -26,6 +26,8 @@ pub enum Tint {
     Flag,
     /// Where that ends.
     FlagEdge,
+    /// Solid material of a cross-section.
+    Solid,
     /// A form, by its place in the list.
     Form(usize),
 }
@@ -58,6 +60,7 @@ impl Tint {
             Self::BoundEdge => [0x7f, 0xb5, 0x9a],
             Self::Flag => [0xfd, 0xf0, 0xd0],
             Self::FlagEdge => [0xc9, 0x97, 0x1f],
+            Self::Solid => [0xd5, 0xdd, 0xe6],
             Self::Form(i) => OF_FORMS[i % FORMS],
         }
     }

@@ -71,6 +71,7 @@ fn class(tint: Tint) -> String {
         Tint::BoundEdge => "c-bound-edge".to_owned(),
         Tint::Flag => "c-flag".to_owned(),
         Tint::FlagEdge => "c-flag-edge".to_owned(),
+        Tint::Solid => "c-solid".to_owned(),
         Tint::Form(i) => format!("c-{}", i % FORMS),
     }
 }

@@ -1,6 +1,7 @@
 //! What pages show: stored numbers as text.
 
 mod budget;
+mod method;
 mod overview;
 mod session;
 mod tables;
@@ -16,7 +17,7 @@ use session::{MaterialView, SessionView};
 use tables::{MetricTable, PointTable};
 pub use tables::{place, values};
 
-use super::figures::Figure;
+use super::figures::{DATASETS_MAX, Figure, by_urgency};
 use super::group::{by_measurement, measurement_title};
 use crate::format;
 use crate::gate::{asked, limit_text, metric_text};
@@ -105,7 +106,6 @@ pub struct Row {
     pub expectation: &'static str,
     pub sentence: String,
     pub remark: Option<String>,
-    pub reasons: Vec<String>,
     pub rests_on: String,
 }
 
@@ -116,18 +116,25 @@ pub struct ActuatorPage<'a> {
     pub decision: DecisionView,
     pub facts: Vec<(&'static str, String)>,
     pub rows: Vec<Row>,
+    /// Of those that are shown in detail.
+    pub words: Vec<Row>,
     pub figures: Vec<FigureView<'a>>,
+    /// What is not shown in detail because there is much.
+    pub undetailed: Option<String>,
     /// Some dataset names figures whose data are not printed.
     pub unprinted: bool,
     pub tables: Vec<PointTable>,
     pub metrics: Vec<MetricTable>,
     pub budgets: Vec<BudgetTable>,
     pub forms: Vec<FormView>,
+    /// Bounds, and why they are what they are.
+    pub reasons: Vec<(String, Vec<String>)>,
     pub inputs: Vec<InputView>,
     pub materials: Vec<MaterialView>,
     pub sessions: Vec<SessionView>,
     pub findings: Vec<FindingView>,
     pub stated: Vec<StatedView>,
+    pub terms: Vec<method::Term>,
 }
 
 #[derive(Serialize)]
@@ -143,7 +150,7 @@ pub struct FigureView<'a> {
 }
 
 /// A form's equation and source.
-#[derive(Serialize)]
+#[derive(Clone, PartialEq, Serialize)]
 pub struct FormView {
     pub title: String,
     pub quantity: String,
@@ -210,20 +217,19 @@ pub fn index(results: &Results) -> Index {
 
 /// Rows in the order in which a reader needs them: what differs from the expected first, then what is open.
 pub fn rows_by_urgency(results: &Results) -> Vec<Row> {
+    let all: Vec<&Comparison> = results.comparisons.iter().collect();
+    by_standing(&all).map(|c| row(results, c)).collect()
+}
+
+fn by_standing<'a, 'b>(all: &'b [&'a Comparison]) -> impl Iterator<Item = &'a Comparison> + use<'a, 'b> {
     let order = [Standing::Unexpected, Standing::Open, Standing::AsExpected, Standing::NotCounted];
-    order
-        .into_iter()
-        .flat_map(|standing| results.comparisons.iter().filter(move |c| c.standing() == standing))
-        .map(|c| row(results, c))
-        .collect()
+    order.into_iter().flat_map(move |standing| all.iter().copied().filter(move |c| c.standing() == standing))
 }
 
 fn row(results: &Results, c: &Comparison) -> Row {
     let unit = c.quantity.unit();
     let title = results.actuators.iter().find(|a| a.id == c.actuator).map_or(c.actuator.clone(), |a| a.title.clone());
     let (relative_metric, relative_of) = relative_metric(c);
-    let mut reasons: Vec<String> = c.judgements.iter().map(|j| j.bound.reason.clone()).collect();
-    reasons.dedup();
     Row {
         actuator: c.actuator.clone(),
         actuator_title: title,
@@ -243,7 +249,6 @@ fn row(results: &Results, c: &Comparison) -> Row {
         expectation: expectation(c),
         sentence: c.sentence.clone(),
         remark: c.remark.clone(),
-        reasons,
         rests_on: c.rests_on.join(", ").replace('_', " "),
     }
 }
@@ -342,7 +347,8 @@ pub fn expectation(c: &Comparison) -> &'static str {
     }
 }
 
-fn tone(c: &Comparison) -> &'static str {
+/// What a standing means to a reader, for colour: `good`, `known`, `bad`, `open` or `none`.
+pub fn tone(c: &Comparison) -> &'static str {
     match c.standing() {
         Standing::AsExpected if c.verdict == Verdict::Fail => "known",
         Standing::AsExpected => "good",
@@ -396,25 +402,41 @@ pub fn actuator_page<'a>(
     results: &'a Results,
     record: &'a ActuatorRecord,
     figures: &'a [Figure],
-    photographs: &BTreeMap<String, Vec<u8>>,
+    photographs: Option<&BTreeMap<String, Vec<u8>>>,
+    every: bool,
 ) -> ActuatorPage<'a> {
     let mine: Vec<&Comparison> = results.comparisons.iter().filter(|c| c.actuator == record.id).collect();
+    let order = by_urgency(results, record);
+    let detailed: Vec<&str> = order.iter().take(if every { usize::MAX } else { DATASETS_MAX }).copied().collect();
+    let shown: Vec<&Comparison> = mine.iter().copied().filter(|c| detailed.contains(&c.dataset.as_str())).collect();
     // One table per dataset and quantity, in the order of the comparisons.
-    let groups = by_measurement(mine.iter().copied());
+    let groups = by_measurement(shown.iter().copied());
     ActuatorPage {
         record,
         decision: decision(results, Some(&record.id)),
         facts: overview::facts(results, record),
-        rows: mine.iter().map(|c| row(results, c)).collect(),
-        figures: figures.iter().filter(|f| f.actuator == record.id).map(figure_view).collect(),
+        rows: by_standing(&mine).map(|c| row(results, c)).collect(),
+        words: by_standing(&shown).map(|c| row(results, c)).collect(),
+        figures: figures
+            .iter()
+            .filter(|f| f.actuator == record.id)
+            .map(|f| figure_view(f, photographs.is_none()))
+            .collect(),
+        undetailed: (detailed.len() < order.len()).then(|| undetailed(detailed.len(), order.len())),
         unprinted: record.datasets.iter().any(|d| !d.unprinted.is_empty()),
         tables: groups.iter().flat_map(|group| tables::point_tables(group)).collect(),
         metrics: groups.iter().filter_map(|group| tables::metric_table(group)).collect(),
-        budgets: mine.iter().filter_map(|c| budget::table(c)).collect(),
-        forms: mine.iter().filter(|c| c.kind != "none").map(|c| form_view(c)).collect(),
+        budgets: shown.iter().filter_map(|c| budget::table(c)).collect(),
+        forms: forms(&mine),
+        reasons: reasons(&mine),
         inputs: record.inputs.iter().map(input_view).collect(),
         materials: record.materials.iter().map(session::material).collect(),
-        sessions: record.datasets.iter().filter_map(|d| session::session(d, &mine, photographs)).collect(),
+        sessions: record
+            .datasets
+            .iter()
+            .filter(|d| detailed.contains(&d.id.as_str()))
+            .filter_map(|d| session::session(d, &mine, photographs))
+            .collect(),
         findings: results
             .findings
             .iter()
@@ -422,17 +444,57 @@ pub fn actuator_page<'a>(
             .map(finding)
             .collect(),
         stated: record.datasets.iter().flat_map(|d| &d.stated).map(stated_view).collect(),
+        terms: method::terms(&mine),
     }
 }
 
-fn figure_view(figure: &Figure) -> FigureView<'_> {
+fn undetailed(n: usize, all: usize) -> String {
+    format!(
+        "Shown in detail: {n} of {all} datasets, first those whose verdicts differ or are open, then those that use most of their bound. \
+         The table of comparisons and the files beside this page hold all of them; `--every-figure` shows every one."
+    )
+}
+
+/// Forms, each once however many datasets it is compared with.
+fn forms(mine: &[&Comparison]) -> Vec<FormView> {
+    let mut seen: Vec<(&str, FormView)> = Vec::new();
+    for c in mine.iter().filter(|c| c.kind != "none") {
+        let (id, view) = (c.quantity.id.as_str(), form_view(c));
+        let is_same = |(of, other): &&mut (&str, FormView)| {
+            *of == id && FormView { quantity: view.quantity.clone(), ..other.clone() } == view
+        };
+        match seen.iter_mut().find(is_same) {
+            // Of several measurements the quantity alone names it.
+            Some((_, other)) if other.quantity != view.quantity => other.quantity.clone_from(&c.quantity.title),
+            Some(_) => {}
+            None => seen.push((id, view)),
+        }
+    }
+    seen.into_iter().map(|(_, view)| view).collect()
+}
+
+/// Bounds with their reasons, each once.
+fn reasons(mine: &[&Comparison]) -> Vec<(String, Vec<String>)> {
+    let mut seen: Vec<(String, Vec<String>)> = Vec::new();
+    for c in mine.iter().filter(|c| !c.judgements.is_empty()) {
+        let mut why: Vec<String> = c.judgements.iter().map(|j| j.bound.reason.clone()).collect();
+        why.dedup();
+        let one = (format!("{}, {}: {}", c.quantity.title, c.title, bounds(c)), why);
+        if !seen.contains(&one) {
+            seen.push(one);
+        }
+    }
+    seen
+}
+
+fn figure_view(figure: &Figure, has_folder: bool) -> FigureView<'_> {
     FigureView {
         name: &figure.name,
         title: &figure.title,
         caption: &figure.caption,
         svg: &figure.svg,
         legend: &figure.legend,
-        has_file: figure.png.is_some(),
+        has_file: has_folder && figure.png.is_some(),
     }
 }
 

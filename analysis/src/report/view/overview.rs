@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::format;
 use crate::gate::{limit_text, metric_text};
 use crate::report::group::{by_measurement, measurement_title};
-use crate::results::{ActuatorRecord, Comparison, JudgementRecord, PointStatus, Results, Standing};
+use crate::results::{ActuatorRecord, Comparison, PointStatus, Results, Standing};
 use crate::verdict::Verdict;
 
 /// Name and value of each fact of an actuator: worst bound, sessions, specimens, points.
@@ -51,17 +51,18 @@ fn points(mine: &[&Comparison]) -> String {
     format!("{compared} compared of {measured} measured")
 }
 
-/// Of what counts most (what differs, else what is open, else what passes) the judgement that uses most of its bound.
+/// Of what counts most (what differs, else what is open, else what passes, else what fails as expected) the judgement that uses most of its bound.
 fn worst(mine: &[&Comparison]) -> Option<String> {
     let passes = |c: &&&Comparison| c.standing() == Standing::AsExpected && c.verdict == Verdict::Pass;
-    let all: [Vec<&&Comparison>; 3] = [
+    let all: [Vec<&&Comparison>; 4] = [
         mine.iter().filter(|c| c.standing() == Standing::Unexpected).collect(),
         mine.iter().filter(|c| c.standing() == Standing::Open).collect(),
         mine.iter().filter(passes).collect(),
+        mine.iter().filter(|c| c.standing() == Standing::AsExpected).collect(),
     ];
     let candidates = all.into_iter().find(|some| some.iter().any(|c| !c.judgements.is_empty()))?;
     let judged = candidates.iter().flat_map(|c| c.judgements.iter().map(|j| (**c, j)));
-    let (c, j, share) = judged.map(|(c, j)| (c, j, share(c, j))).max_by(|a, b| a.2.total_cmp(&b.2))?;
+    let (c, j, share) = judged.map(|(c, j)| (c, j, c.share_of(j))).max_by(|a, b| a.2.total_cmp(&b.2))?;
     let unit = c.quantity.unit();
     let name = format!("{}, {}", measurement_title(c), c.title);
     let limit = limit_text(j.bound.metric, j.bound.max, unit);
@@ -69,11 +70,5 @@ fn worst(mine: &[&Comparison]) -> Option<String> {
         return Some(format!("{name}: {} has no value, {limit} allowed", j.bound.metric.title()));
     };
     let value = metric_text(j.bound.metric, value, unit);
-    Some(format!("{name}: {} {value} of {limit}, {}", j.bound.metric.title(), format::percent(share)))
-}
-
-/// How much of a bound is used; all of it and more where there is no value.
-fn share(c: &Comparison, j: &JudgementRecord) -> f64 {
-    let value = c.metric(j.bound.metric).and_then(|m| m.value);
-    value.filter(|_| j.bound.max > 0.0).map_or(f64::INFINITY, |v| v / j.bound.max)
+    Some(format!("{name}: {} {value} of {limit}, {} %", j.bound.metric.title(), format::significant(100.0 * share, 2)))
 }

@@ -40,8 +40,8 @@ pub struct PhotographView {
     pub refused: Option<String>,
     pub width: usize,
     pub height: usize,
-    /// JPEG, in base64.
-    pub data: String,
+    /// The picture itself, JPEG in base64; without it the page names its file.
+    pub data: Option<String>,
 }
 
 /// A clock that events set on another.
@@ -99,7 +99,7 @@ pub struct MaterialView {
 pub(super) fn session(
     dataset: &DatasetRecord,
     comparisons: &[&Comparison],
-    photographs: &BTreeMap<String, Vec<u8>>,
+    photographs: Option<&BTreeMap<String, Vec<u8>>>,
 ) -> Option<SessionView> {
     let session = dataset.session.as_ref()?;
     let fact = |name: &str, value: &Option<String>| value.clone().map(|value| (name.to_owned(), value));
@@ -145,11 +145,7 @@ pub(super) fn session(
         ways: session.responses.iter().filter_map(way).collect(),
         clocks: session.alignments.iter().map(clock).collect(),
         lags: session.lags.iter().map(lag).collect(),
-        photographs: session
-            .photographs
-            .iter()
-            .filter_map(|p| Some(photograph(p, photographs.get(&p.path)?)))
-            .collect(),
+        photographs: session.photographs.iter().filter_map(|p| photograph(p, photographs)).collect(),
     })
 }
 
@@ -176,9 +172,15 @@ fn clock(clock: &AlignmentRecord) -> ClockView {
     }
 }
 
-fn photograph(record: &PhotographRecord, jpeg: &[u8]) -> PhotographView {
+/// A photograph, within the page if pictures are given, else by its file beside it.
+fn photograph(record: &PhotographRecord, within: Option<&BTreeMap<String, Vec<u8>>>) -> Option<PhotographView> {
     use base64::Engine as _;
-    PhotographView {
+    let base64 = base64::engine::general_purpose::STANDARD;
+    let data = match within {
+        Some(pictures) => Some(base64.encode(pictures.get(&record.path)?)),
+        None => None,
+    };
+    Some(PhotographView {
         path: record.path.clone(),
         run: record.run.clone(),
         name: record.name.clone(),
@@ -186,8 +188,8 @@ fn photograph(record: &PhotographRecord, jpeg: &[u8]) -> PhotographView {
         refused: record.refused.clone(),
         width: record.width,
         height: record.height,
-        data: base64::engine::general_purpose::STANDARD.encode(jpeg),
-    }
+        data,
+    })
 }
 
 fn lag(lag: &LagRecord) -> LagView {
