@@ -5,6 +5,7 @@
 
 mod common;
 
+use common::sitting::{LOG, Sitting};
 use common::{Lab, datasets, pneuval};
 
 #[test]
@@ -307,4 +308,44 @@ fn embedded_bounds_say_nothing_of_the_papers_to_somebody_elses_dataset() {
     lab.change("dataset.toml", "actuator = \"balloon\"", "actuator = \"internal-support\"");
     let said = lab.validate();
     assert_eq!((said.code, said.err.as_str()), (3, ""), "{}", said.out);
+}
+
+#[test]
+fn names_of_channels_operators_and_files_are_text_everywhere() {
+    // As a name in TOML and in the header of a log; the longest that a file may have is shorter.
+    let column = format!("<script>alert(1)</script> 'q' ]]> \u{202e}x|`%0A::error:: {} [mm]", "long".repeat(2500));
+    let file = "<script>x<\u{202e}script> 'q' ]]> \u{7} &amp; ${x} ::error::.csv";
+    let operator = format!("</title><script>alert(2)</script>\\u0007\\u001b[31m]]>\\u202e{}", "long".repeat(2500));
+    let sitting = Sitting::new();
+    std::fs::remove_file(sitting.path().join("log.csv")).unwrap();
+    let rows = LOG.lines().skip(1).enumerate().map(|(i, row)| format!("{i};{row}\n"));
+    sitting.write(file, &format!("t (s);pressure (kPa);{column}\n{}5;x;1\n", rows.collect::<String>()));
+    let quoted = |text: &str| format!("{text:?}").replace("\\u{202e}", "\\u202e").replace("\\u{7}", "\\u0007");
+    sitting.change("session.toml", "\"stroke [mm]\"", &quoted(&column));
+    sitting.change("session.toml", "\"log.csv\"", &quoted(file));
+    let head = format!("actuator = \"my-bellows\"\noperator = \"{operator}\"\n\n[clock]\ncolumn = \"t (s)\"\n");
+    sitting.change("session.toml", "actuator = \"my-bellows\"\n", &head);
+    sitting.bound(100.0, "allow_single_repeat = true\n");
+    let said = sitting.validate();
+    assert!(said.code < 2 || said.code == 3, "{}", said.err);
+    let unseen = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+    assert!(!said.err.contains(unseen) && !said.out.contains(unseen), "{}", said.err);
+    let acts = |line: &str| line.trim_start().starts_with("::");
+    assert!(!said.err.lines().any(acts), "{}", said.err);
+    let read = |name: &str| std::fs::read_to_string(sitting.path().join("report").join(name)).unwrap();
+    for name in ["index.html", "my-bellows.html", "results/junit.xml", "results/summary.md", "results/points.csv"] {
+        let text = read(name);
+        assert!(!text.contains(unseen), "{name}: {:?}", text.chars().find(|c| unseen(*c)));
+        assert!(!text.contains("<script>") || !name.ends_with("html"), "{name}");
+    }
+    let page = read("my-bellows.html");
+    // Shown, not left out; and the log is drawn over time with what was found in it.
+    assert!(
+        page.contains("&lt;script&gt;alert(2)") && page.contains("\\u{202e}") && page.contains("channels over time")
+    );
+    assert!(page.matches("]]&gt;").count() >= 2, "quoted in page");
+    let results = sitting.results();
+    assert!(
+        results["findings"].as_array().unwrap().iter().any(|f| f["file"].as_str().is_some_and(|name| name == file))
+    );
 }
