@@ -1,5 +1,8 @@
 //! What a terminal shows: colour where it is wanted, nothing that acts on a CI server, completions and man pages.
 
+// In a test a panic is how a failure is told.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use std::path::Path;

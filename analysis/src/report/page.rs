@@ -22,7 +22,7 @@ pub struct Page {
 }
 
 /// The index and one page per actuator. Photographs, by their path in the results folder, are set within the pages; without them pages
-/// name their files. Every dataset is shown in detail, or at most [`DATASETS_MAX`](super::figures::DATASETS_MAX) of an actuator.
+/// name their files. Every dataset is shown in detail, or at most twelve of an actuator.
 ///
 /// # Errors
 /// [`AnalysisError::Page`] if a template asks for what is not there.

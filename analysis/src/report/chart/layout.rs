@@ -213,7 +213,8 @@ impl Frame<'_> {
             scene.elements.push(Element::Area { corners: head(from, tip, 10.0), tint: ink.tint() });
             // Of numbers that would lie on one another the first stands for all; every one can be read at its place.
             if is_free(scene, place, anchor, label) {
-                scene.words(place, label.clone(), anchor, ink.tint());
+                // In the colour of text: some of the inks are too pale for letters.
+                scene.words(place, label.clone(), anchor, Tint::Ink);
             }
         }
         if !inside.is_empty() {

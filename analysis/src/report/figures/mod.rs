@@ -47,7 +47,7 @@ pub struct Figure {
 pub enum Files {
     /// None.
     None,
-    /// At most [`FILES_MAX`], and on pages the figures of at most [`DATASETS_MAX`] datasets and [`RUNS_MAX`] runs of an actuator.
+    /// At most 32, and on pages the figures of at most twelve datasets and twelve runs of an actuator.
     Some,
     /// Every figure there is, on pages and as files.
     Every,
