@@ -14,13 +14,9 @@ use crate::paint::{self, Tone};
 
 /// The rows of the results, their reasons where something needs one, and the decision: painted, and nothing in it unseen.
 pub fn render(results: &Results) -> String {
-    let headers = ["type", "quantity", "prediction", "n", "RMSE", "max |e|", "max relative error", "bound", "verdict"];
-    let mut table = plain(&headers, &[3, 4, 5, 6]);
-    for comparison in &results.comparisons {
-        table.add_row(row(comparison));
-    }
-    fit(&mut table);
-    let mut out = format!("{}\n\n", paint::verdicts(&visible(&table.trim_fmt())));
+    let width = terminal_size_of(std::io::stdout()).map_or(usize::MAX, |(Width(width), _)| usize::from(width));
+    let mut out = if width < NARROW { blocks(results) } else { rows(results) };
+    out += "\n";
     for comparison in results.comparisons.iter().filter(|c| !matches!(c.standing(), Standing::AsExpected)) {
         // Writing to a String cannot fail.
         let verdict = paint::painted(tone(text::tone(comparison)), comparison.verdict.name());
@@ -33,6 +29,33 @@ pub fn render(results: &Results) -> String {
     let decision = text::decision(results);
     let headline = paint::painted(tone(decision.tone), &decision.headline);
     out + &format!("{headline}: {}\n", decision.detail)
+}
+
+fn rows(results: &Results) -> String {
+    let headers = ["type", "quantity", "prediction", "n", "RMSE", "max |e|", "max relative error", "bound", "verdict"];
+    let mut table = plain(&headers, &[3, 4, 5, 6]);
+    for comparison in &results.comparisons {
+        table.add_row(row(comparison));
+    }
+    fit(&mut table);
+    paint::verdicts(&visible(&table.trim_fmt()))
+}
+
+/// A terminal narrower than this has no room for nine columns.
+const NARROW: usize = 110;
+
+/// The rows as blocks of lines.
+fn blocks(results: &Results) -> String {
+    let mut out = String::new();
+    for comparison in &results.comparisons {
+        let cells = row(comparison);
+        let [subject, quantity, form, n, rmse, max, relative, bound, verdict] = cells.as_slice() else { continue };
+        let painted = paint::painted(tone(text::tone(comparison)), verdict);
+        let numbers = format!("    n {n} · RMSE {rmse} · max |e| {max} · {relative}\n    {bound}\n");
+        // Writing to a String cannot fail.
+        let _ = write!(out, "{painted}  {}", visible(&format!("{subject}, {quantity}, {form}\n{numbers}")));
+    }
+    out
 }
 
 fn tone(name: &str) -> Tone {

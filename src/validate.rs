@@ -23,11 +23,11 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
         .iter()
         .map(|described| judged(described.bounds.as_ref(), named.as_ref()))
         .collect::<Result<Vec<Judged>, Failure>>()?;
-    let mut reading = Progress::of("reading", "datasets", described.len());
+    let reading = Progress::of("reading", "datasets", described.len());
     let found = pneuval_datasets::load(described, &mut || reading.step())?;
     drop(reading);
     let inputs: Vec<Input> = found.into_iter().zip(judged).map(|(found, judged)| input(found, judged)).collect();
-    let mut comparing = Progress::of("comparing", "datasets", inputs.len());
+    let comparing = Progress::of("comparing", "datasets", inputs.len());
     let evaluation = compare::validate(&inputs, arguments.report_only, &mut || comparing.step())?;
     drop(comparing);
     let results = if arguments.no_report {
@@ -39,7 +39,8 @@ pub fn run(arguments: &Validate) -> Result<Outcome, Failure> {
             (false, true) => Figures::Every,
         };
         let drawing = Drawing { figures, one_file: arguments.drawn.one_file };
-        folder::publish(&arguments.out, evaluation, drawing)?
+        let bar = Progress::of("drawing", "figures", 0);
+        folder::publish(&arguments.out, evaluation, drawing, &|done, all| bar.at(done, all))?
     };
     output::tell_findings(&results);
     let index = arguments.out.join("index.html");

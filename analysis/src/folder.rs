@@ -26,6 +26,7 @@ use crate::logs;
 use crate::photographs::{self, PHOTOGRAPHS, Shown};
 use crate::place::{self, Kind};
 use crate::report;
+use crate::report::Told;
 use crate::results::{Results, SCHEMA_VERSION};
 use crate::series;
 
@@ -63,12 +64,12 @@ pub struct Drawing {
 
 /// Draws an evaluation and writes it to a folder, replacing an earlier report of this program.
 ///
-/// It appears whole or not at all. Returns the results as stored.
+/// It appears whole or not at all. Returns the results as stored. `told` hears of every figure that is drawn.
 ///
 /// # Errors
 /// [`AnalysisError::Foreign`] if `out` holds anything this program did not write; otherwise what drawing or writing says.
-pub fn publish(out: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
-    place::publish(out, &REPORT, |new| write_into(new, evaluation, drawing))
+pub fn publish(out: &Path, evaluation: Evaluation, drawing: Drawing, told: &Told) -> Result<Results, AnalysisError> {
+    place::publish(out, &REPORT, |new| write_into(new, evaluation, drawing, told))
 }
 
 /// The results of an evaluation as [`publish`] would store them, checked as there, without a file written: its list of files is empty.
@@ -83,7 +84,7 @@ pub fn unpublished(evaluation: Evaluation) -> Result<Results, AnalysisError> {
     Ok(results)
 }
 
-fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Results, AnalysisError> {
+fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing, told: &Told) -> Result<Results, AnalysisError> {
     let Evaluation { mut results, curves, logs, photographs } = evaluation;
     let folder = new.join(FOLDER);
     let figures_folder = folder.join(FIGURES);
@@ -102,8 +103,8 @@ fn write_into(new: &Path, evaluation: Evaluation, drawing: Drawing) -> Result<Re
     stored(POINTS_PARQUET, points)?;
     let figures = match drawing.figures {
         Figures::None => vec![],
-        Figures::Some => report::figures(&results, &curves, &logs, report::Files::Some)?,
-        Figures::Every => report::figures(&results, &curves, &logs, report::Files::Every)?,
+        Figures::Some => report::figures(&results, &curves, &logs, report::Files::Some, told)?,
+        Figures::Every => report::figures(&results, &curves, &logs, report::Files::Every, told)?,
     };
     // An empty folder would be none of the report's files.
     if figures.iter().any(|figure| figure.png.is_some()) {

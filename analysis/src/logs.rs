@@ -51,26 +51,33 @@ pub(crate) fn keep(study: &Study, dataset: &mut DatasetRecord, logs: &mut Vec<Lo
         record.marks = findings.flat_map(|finding| marks(finding, session, aligned, &starts)).collect();
         let is_read =
             |id: &str| session.manifest.responses.iter().any(|spec| spec.channels().any(|channel| channel == id));
-        let is_flagged = |id: &str| {
-            record
-                .marks
-                .iter()
-                .any(|mark| mark.channels.len() == 1 && mark.channels.iter().any(|channel| channel == id))
-        };
+        let is_flagged =
+            |id: &str| record.marks.iter().any(|mark| matches!(mark.channels.as_slice(), [one] if one == id));
         let is_kept = |(id, _): &(&String, &Channel)| is_read(id) || is_flagged(id);
         let mut channels: Vec<(&String, &Channel)> = aligned.run.channels.iter().filter(is_kept).collect();
-        channels.sort_by_key(|(_, channel)| (channel.unit.dimension != Dimension::Pressure, channel.commanded));
+        // Pressures first, then what findings are about.
+        channels.sort_by_key(|(id, channel)| {
+            (channel.unit.dimension != Dimension::Pressure, !is_flagged(id), channel.commanded)
+        });
         let timed = channels.into_iter().filter_map(|(id, channel)| {
             let start = starts.get(channel.stream).copied().flatten()?;
             Some((id, channel, aligned.seconds(channel.stream)?, start))
         });
-        for (id, channel, seconds, start) in timed.take(CHANNELS_MAX) {
+        let timed: Vec<_> = timed.collect();
+        record.channels_left_out = timed.len().saturating_sub(CHANNELS_MAX);
+        let mut groups: Vec<Option<usize>> = Vec::new();
+        for (id, channel, seconds, start) in timed.into_iter().take(CHANNELS_MAX) {
+            let group = aligned.group(channel.stream);
+            if !groups.contains(&group) {
+                groups.push(group);
+            }
             let samples: Vec<(f64, f64)> =
                 seconds.iter().zip(&channel.values_si).map(|(t, v)| (t - start, *v)).collect();
             let points = thinned(&samples, STRETCHES);
             let (dataset, run) = (study.id.to_owned(), aligned.run.id.clone());
             logs.push(Log { dataset, run, channel: id.clone(), points });
         }
+        record.clocks = groups.len();
     }
 }
 
@@ -108,9 +115,10 @@ fn marks(finding: &Finding, session: &Session, aligned: &AlignedRun, starts: &[O
     };
     let channels = channels_of(finding, session, aligned.run, stream);
     let mark = |span: &finding::Span| {
-        // A sample without a stamp lies between its neighbours.
-        let from = seconds.get(..=span.first_sample)?.iter().rev().find(|t| t.is_finite())?;
-        let to = seconds.get(span.last_sample..)?.iter().find(|t| t.is_finite())?;
+        // A sample without a stamp lies between its neighbours, or at the end that it has none beyond.
+        let before = seconds.get(..=span.first_sample)?.iter().rev().find(|t| t.is_finite());
+        let after = seconds.get(span.last_sample..)?.iter().find(|t| t.is_finite());
+        let (from, to) = (before.or(after)?, after.or(before)?);
         Some(MarkRecord {
             kind: finding.kind.id().to_owned(),
             severity: match finding.severity {
@@ -128,11 +136,10 @@ fn marks(finding: &Finding, session: &Session, aligned: &AlignedRun, starts: &[O
 
 /// The channel that a finding names by its id or its column, else all of the stream.
 fn channels_of(finding: &Finding, session: &Session, run: &Run, stream: usize) -> Vec<String> {
-    let is_named = |spec: &&ChannelSpec| match (&finding.channel, &spec.column) {
-        (Some(name), _) if *name == spec.id => true,
-        (Some(name), ColumnRef::Name(column)) => name == column,
-        _ => false,
-    };
+    let is_named = |spec: &&ChannelSpec| matches!((&finding.channel, &spec.column), (Some(name), ColumnRef::Name(column)) if name == column);
+    if let Some(id) = finding.channel.as_ref().filter(|id| run.channels.contains_key(*id)) {
+        return vec![id.clone()];
+    }
     let here = |id: &&str| run.channels.get(*id).is_some_and(|channel| channel.stream == stream);
     let specs = session.manifest.channels.iter().filter(is_named);
     let named: Vec<&str> = specs.map(|spec| spec.id.as_str()).filter(here).collect();

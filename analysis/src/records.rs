@@ -314,7 +314,16 @@ fn run(run: &Run) -> RunRecord {
     let span_s = run.streams.iter().filter_map(|stream| span(stream.device.as_deref())).max_by(f64::total_cmp);
     // Of several clocks the fastest: what a reader asks first is how finely the run was sampled.
     let rate_hz = stamps.filter_map(rate_hz).max_by(f64::total_cmp);
-    RunRecord { id: run.id.clone(), file: run.files.join(", "), samples: run.samples(), span_s, rate_hz, marks: vec![] }
+    RunRecord {
+        id: run.id.clone(),
+        file: run.files.join(", "),
+        samples: run.samples(),
+        span_s,
+        rate_hz,
+        clocks: 0,
+        channels_left_out: 0,
+        marks: vec![],
+    }
 }
 
 fn channel(session: &Session, spec: &ChannelSpec) -> ChannelRecord {

@@ -9,6 +9,6 @@ mod scene;
 pub mod text;
 mod view;
 
-pub use figures::{Figure, Files, figures};
+pub use figures::{Figure, Files, Told, figures};
 pub use overlay::{overlay, thumbnail};
 pub use page::{Page, pages};

@@ -252,6 +252,10 @@ pub struct RunRecord {
     pub span_s: Option<f64>,
     /// Samples per second where none are missing; of several clocks the fastest.
     pub rate_hz: Option<f64>,
+    /// Clocks of the channels kept in `logs.parquet` that are not set on one another; each is counted from its own first stamp.
+    pub clocks: usize,
+    /// Channels with a clock that are not kept there.
+    pub channels_left_out: usize,
     /// Where findings are in its logs, as far as their time is known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marks: Vec<MarkRecord>,

@@ -121,7 +121,7 @@ impl Frame<'_> {
         }
         for v in up {
             let y = self.at((self.x.start, v)).1;
-            scene.words((left - 7.0, y), format::short(v), Anchor::End, Tint::Muted);
+            scene.words((left - 7.0, y), tick(v), Anchor::End, Tint::Muted);
         }
         if is_numeric {
             scene.words((4.0, 13.0), self.chart.y_title.clone(), Anchor::Start, Tint::Ink);
@@ -294,6 +294,12 @@ fn ticks(range: &Range<f64>, about: usize) -> Vec<f64> {
     let all = RangedCoordf64::from(range.clone()).key_points(about);
     // A sum of steps misses zero by a rounding error, which would be printed.
     all.into_iter().map(|v| if v.abs() < 1e-9 * size { 0.0 } else { v }).collect()
+}
+
+/// A number beside an axis: with an exponent where its digits have no room.
+fn tick(v: f64) -> String {
+    let plain = format::short(v);
+    if plain.chars().count() <= 8 { plain } else { format!("{v:.2e}").replace('-', "\u{2212}") }
 }
 
 fn sign(x: f64) -> f64 {

@@ -35,8 +35,11 @@ pub(super) fn runs_by_findings(session: &SessionRecord) -> Vec<&RunRecord> {
 pub(super) fn panels(dataset: &DatasetRecord, run: &RunRecord, logs: &[&Log]) -> Option<(Vec<Chart>, String)> {
     let session = dataset.session.as_ref()?;
     let unit_of = |id: &str| session.channels.iter().find(|c| c.id == id).and_then(|c| Unit::parse(&c.unit));
-    let shown: Vec<(&Log, Unit)> = logs.iter().filter_map(|log| Some((*log, unit_of(&log.channel)?))).collect();
-    let times = shown.iter().flat_map(|(log, _)| log.points.iter().map(|p| p.0));
+    // A line has two ends.
+    let is_line = |log: &&Log| log.points.iter().filter(|p| is_drawable(p)).count() > 1;
+    let lines = logs.iter().copied().filter(is_line);
+    let shown: Vec<(&Log, Unit)> = lines.filter_map(|log| Some((log, unit_of(&log.channel)?))).collect();
+    let times = shown.iter().flat_map(|(log, _)| log.points.iter().filter(|p| is_drawable(p)).map(|p| p.0));
     let time = spread(times, 0.01);
     let last = shown.len().checked_sub(1)?;
     let mut panels = Vec::new();
@@ -53,32 +56,51 @@ pub(super) fn panels(dataset: &DatasetRecord, run: &RunRecord, logs: &[&Log]) ->
     }
     let n = session.runs.len();
     let of = if n > 1 { format!("{}, one of {n} runs,", run.id) } else { run.id.clone() };
+    let clocks = match run.clocks {
+        0 | 1 => "on one clock from its first stamp on".to_owned(),
+        n => format!("on {n} clocks, each from its own first stamp on: how they lie to one another is not known"),
+    };
     let flagged = match run.marks.len() {
-        0 => "no finding lies in it".to_owned(),
+        0 => "no finding has a place in it".to_owned(),
         1 => "what a finding is about is shaded".to_owned(),
         n => format!("what {n} findings are about is shaded"),
     };
+    let left_out = match run.channels_left_out {
+        0 => String::new(),
+        1 => " One more channel is not drawn.".to_owned(),
+        n => format!(" {n} more channels are not drawn."),
+    };
+    let beyond = shown.iter().flat_map(|(log, _)| &log.points).filter(|p| p.1.is_finite() && !is_drawable(p)).count();
+    let beyond = if beyond > 0 {
+        format!(" Beyond any axis, and not drawn: {beyond} of the values kept.")
+    } else {
+        String::new()
+    };
     let caption = format!(
-        "Channels of {of} on one clock from its first stamp on, lowest and highest of each stretch of samples; {flagged}."
+        "Channels of {of} {clocks}; lowest and highest of each stretch of samples; {flagged}.{left_out}{beyond}"
     );
     Some((panels, caption))
 }
 
+/// What a sensor could say: beyond it an axis would show nothing else, or could not be divided.
+fn is_drawable(point: &(f64, f64)) -> bool {
+    point.0.is_finite() && point.1.abs() < 1e60
+}
+
 fn panel(log: &Log, unit: Unit, run: &RunRecord, time: &Range<f64>) -> Chart {
     let ink = if unit.dimension == Dimension::Pressure { Ink::Form(0) } else { Ink::Measured };
-    let y = spread(log.points.iter().map(|p| unit.from_si(p.1)), 0.08);
+    let y = spread(log.points.iter().filter(|p| is_drawable(p)).map(|p| unit.from_si(p.1)), 0.08);
     let mine = || run.marks.iter().filter(|mark| mark.channels.contains(&log.channel));
     let mut layers: Vec<Layer> = Vec::new();
     for mark in mine() {
         layers.push(Layer::Band { x: mark.from_s..mark.to_s, y: y.clone(), ground: Ground::Flag });
     }
-    let is_number = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
     // Nothing was measured in a gap, and no line leads across it.
     let gaps: Vec<&MarkRecord> = mine().filter(|mark| mark.kind == FindingKind::Gap.id()).collect();
     let joins = |a: &(f64, f64), b: &(f64, f64)| {
-        is_number(a) && is_number(b) && !gaps.iter().any(|gap| a.0 <= gap.from_s && gap.to_s <= b.0)
+        is_drawable(a) && is_drawable(b) && !gaps.iter().any(|gap| a.0 <= gap.from_s && gap.to_s <= b.0)
     };
-    for piece in log.points.chunk_by(joins).filter(|piece| piece.iter().all(is_number)) {
+    for piece in log.points.chunk_by(joins).filter(|piece| piece.iter().all(is_drawable)) {
         let points = piece.iter().map(|(t, v)| (*t, unit.from_si(*v))).collect();
         layers.push(Layer::Trail { points, ink });
     }
@@ -108,7 +130,7 @@ fn panel(log: &Log, unit: Unit, run: &RunRecord, time: &Range<f64>) -> Chart {
 
 /// The value farthest from the mean of each of some stretches of a log.
 fn values(log: &Log, unit: Unit) -> impl Iterator<Item = Said> {
-    let numbers: Vec<(f64, f64)> = log.points.iter().filter(|p| p.0.is_finite() && p.1.is_finite()).copied().collect();
+    let numbers: Vec<(f64, f64)> = log.points.iter().filter(|p| is_drawable(p)).copied().collect();
     let mean = numbers.iter().map(|p| p.1).sum::<f64>() / numbers.len().max(1) as f64;
     let stretch = numbers.len().div_ceil(PLACES).max(1);
     let far = move |p: &(f64, f64)| (p.1 - mean).abs();

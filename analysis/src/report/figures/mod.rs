@@ -10,6 +10,7 @@ mod section;
 mod stated;
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use pneuval_ingest::units::{Dimension, Unit};
 
@@ -41,6 +42,9 @@ pub struct Figure {
     /// The PNG file, if files are drawn.
     pub png: Option<Vec<u8>>,
 }
+
+/// Hears how much of how much is done, from any thread.
+pub type Told<'a> = dyn Fn(usize, usize) + Sync + 'a;
 
 /// Which figures become files beside the pages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,11 +94,18 @@ pub const FILES_MAX: usize = 32;
 /// More marks than this would hide one another: they become dots, and predictions lines without marks.
 const MARKS_MAX: usize = 60;
 
-/// Every figure of the results that is drawn, in the order in which pages show them.
+/// Every figure of the results that is drawn, in the order in which pages show them. After each, `told` hears how many are done of how
+/// many.
 ///
 /// # Errors
 /// [`AnalysisError::Figure`] with the figure's name.
-pub fn figures(results: &Results, curves: &[Curve], logs: &[Log], files: Files) -> Result<Vec<Figure>, AnalysisError> {
+pub fn figures(
+    results: &Results,
+    curves: &[Curve],
+    logs: &[Log],
+    files: Files,
+    told: &Told,
+) -> Result<Vec<Figure>, AnalysisError> {
     let plans = plans(results, curves, logs, files == Files::Every);
     let mut ranks: Vec<usize> = plans.iter().map(|plan| plan.rank).collect();
     ranks.sort_unstable();
@@ -107,12 +118,17 @@ pub fn figures(results: &Results, curves: &[Curve], logs: &[Log], files: Files) 
     // Files cost as much as everything else together, and none depends on another.
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let share = plans.len().div_ceil(threads).max(1);
+    let (done, all) = (AtomicUsize::new(0), plans.len());
+    let drawn = |plan: &Plan| {
+        let figure = draw(plan, is_file(plan));
+        told(done.fetch_add(1, Ordering::Relaxed) + 1, all);
+        figure
+    };
+    let drawn = &drawn;
     std::thread::scope(|scope| {
-        let drawn: Vec<_> = plans
-            .chunks(share)
-            .map(|chunk| scope.spawn(move || chunk.iter().map(|plan| draw(plan, is_file(plan))).collect::<Vec<_>>()))
-            .collect();
-        drawn
+        let threads: Vec<_> =
+            plans.chunks(share).map(|chunk| scope.spawn(move || chunk.iter().map(drawn).collect::<Vec<_>>())).collect();
+        threads
             .into_iter()
             .flat_map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
             .collect()

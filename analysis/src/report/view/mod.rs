@@ -135,6 +135,8 @@ pub struct ActuatorPage<'a> {
     pub findings: Vec<FindingView>,
     pub stated: Vec<StatedView>,
     pub terms: Vec<method::Term>,
+    /// Titles of sessions that a program wrote.
+    pub synthetic: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -205,14 +207,14 @@ pub fn index(results: &Results) -> Index {
         rows: rows_by_urgency(results),
         findings: results.findings.iter().map(finding).collect(),
         losses: results.losses(),
-        synthetic: results
-            .actuators
-            .iter()
-            .flat_map(|a| &a.datasets)
-            .filter(|d| d.session.as_ref().is_some_and(|s| s.synthetic))
-            .map(|d| d.title.clone())
-            .collect(),
+        synthetic: synthetic(results.actuators.iter()),
     }
+}
+
+/// Titles of sessions that a program wrote.
+fn synthetic<'a>(actuators: impl Iterator<Item = &'a ActuatorRecord>) -> Vec<String> {
+    let datasets = actuators.flat_map(|a| &a.datasets);
+    datasets.filter(|d| d.session.as_ref().is_some_and(|s| s.synthetic)).map(|d| d.title.clone()).collect()
 }
 
 /// Rows in the order in which a reader needs them: what differs from the expected first, then what is open.
@@ -445,6 +447,7 @@ pub fn actuator_page<'a>(
             .collect(),
         stated: record.datasets.iter().flat_map(|d| &d.stated).map(stated_view).collect(),
         terms: method::terms(&mine),
+        synthetic: synthetic(std::iter::once(record)),
     }
 }
 

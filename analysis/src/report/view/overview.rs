@@ -24,7 +24,12 @@ pub fn facts(results: &Results, record: &ActuatorRecord) -> Vec<(&'static str, S
     };
     facts.push(("sessions", sittings));
     if !sessions.is_empty() {
-        let named: BTreeSet<_> = sessions.iter().map(|s| &s.specimen).filter(|specimen| !specimen.is_empty()).collect();
+        // A specimen is the same after more cycles; a serial number of another batch is another specimen.
+        let identity = |specimen: &[(String, String)]| -> Vec<(String, String)> {
+            specimen.iter().filter(|(name, _)| ["serial", "material batch"].contains(&name.as_str())).cloned().collect()
+        };
+        let named: BTreeSet<_> =
+            sessions.iter().filter(|s| !s.specimen.is_empty()).map(|s| identity(&s.specimen)).collect();
         let unnamed = sessions.iter().filter(|s| s.specimen.is_empty()).count();
         let text = match (named.len(), unnamed) {
             (n, 0) => n.to_string(),
@@ -64,11 +69,21 @@ fn worst(mine: &[&Comparison]) -> Option<String> {
     let judged = candidates.iter().flat_map(|c| c.judgements.iter().map(|j| (**c, j)));
     let (c, j, share) = judged.map(|(c, j)| (c, j, c.share_of(j))).max_by(|a, b| a.2.total_cmp(&b.2))?;
     let unit = c.quantity.unit();
-    let name = format!("{}, {}", measurement_title(c), c.title);
+    let name = shortened(&format!("{}, {}", measurement_title(c), c.title));
     let limit = limit_text(j.bound.metric, j.bound.max, unit);
     let Some(value) = c.metric(j.bound.metric).and_then(|m| m.value) else {
         return Some(format!("{name}: {} has no value, {limit} allowed", j.bound.metric.title()));
     };
     let value = metric_text(j.bound.metric, value, unit);
     Some(format!("{name}: {} {value} of {limit}, {} %", j.bound.metric.title(), format::significant(100.0 * share, 2)))
+}
+
+/// Long names are whole in the table of comparisons.
+fn shortened(name: &str) -> String {
+    const LETTERS: usize = 120;
+    if name.chars().count() <= LETTERS {
+        name.to_owned()
+    } else {
+        name.chars().take(LETTERS - 1).chain(['…']).collect()
+    }
 }

@@ -92,14 +92,14 @@ impl Sketch {
         self.scene.elements.push(Element::Line { points, tint, width: 1.4, is_dashed });
     }
 
-    /// Material whose shape is known.
-    fn solid(&mut self, corners: &[(f64, f64)]) {
-        self.outline(corners, Some(Tint::Solid), false);
+    /// Material; its outline is solid if every dimension that makes it is.
+    fn solid(&mut self, corners: &[(f64, f64)], by: &[&Known]) {
+        self.outline(corners, Some(Tint::Solid), !by.iter().all(|known| known.is_solid));
     }
 
-    /// Air whose shape is known.
-    fn air(&mut self, corners: &[(f64, f64)]) {
-        self.outline(corners, Some(Tint::Paper), false);
+    /// Air, likewise.
+    fn air(&mut self, corners: &[(f64, f64)], by: &[&Known]) {
+        self.outline(corners, Some(Tint::Paper), !by.iter().all(|known| known.is_solid));
     }
 
     /// An outline that nobody published.
@@ -151,12 +151,34 @@ impl Sketch {
         self.scene.words((to.0 + beside, to.1), label, anchor, Tint::Ink);
     }
 
-    fn done(self, caption: &str, has_unknown: bool) -> Section {
+    /// The drawing, if its parts fit into one another: what does not is no cross-section.
+    fn done(self, caption: &str, of: &[(&str, &Known)]) -> Option<Section> {
+        let (low, high) =
+            (self.at((0.0, self.height_mm)), (WIDTH_PX - RIGHT_PX, ABOVE_PX + self.px_per_mm * self.height_mm));
+        let inside =
+            |p: &Px| (low.0 - 1.0..=high.0 + 1.0).contains(&p.0) && (low.1 - 1.0..=high.1 + 1.0).contains(&p.1);
+        let fits = self.scene.elements.iter().all(|element| match element {
+            Element::Area { corners, .. } => corners.iter().all(inside),
+            Element::Line { points, .. } => points.iter().all(inside),
+            _ => true,
+        });
+        let has_dashes = self.scene.elements.iter().any(|e| matches!(e, Element::Line { is_dashed: true, .. }));
         let mut legend = vec![Key::solid("material")];
-        if has_unknown {
+        if has_dashes {
             legend.push(Key::dashed("not published, or assumed"));
         }
-        Section { scene: self.scene, legend, caption: caption.to_owned() }
+        let named = |solid: bool| {
+            let names: Vec<&str> =
+                of.iter().filter(|(_, known)| known.is_solid == solid).map(|(name, _)| *name).collect();
+            names.join(", ")
+        };
+        let mut caption = caption.to_owned();
+        for (solid, what) in [(true, "Published or measured"), (false, "Assumed or calibrated")] {
+            if !named(solid).is_empty() {
+                caption.push_str(&[" ", what, ": ", &named(solid), "."].concat());
+            }
+        }
+        fits.then_some(Section { scene: self.scene, legend, caption })
     }
 }
 

@@ -7,8 +7,6 @@ use crate::format;
 use crate::report::scene::Tint;
 use crate::results::ActuatorRecord;
 
-const UNPUBLISHED: &str = "not published";
-
 /// The cross-section of a type that has one, if the dimensions it stands on are there.
 pub(in crate::report::figures) fn section(record: &ActuatorRecord) -> Option<Section> {
     let inputs = Inputs(&record.inputs);
@@ -29,14 +27,14 @@ fn internal_support(inputs: Inputs) -> Option<Section> {
             .map(|name| inputs.length(name));
     let (outer, height, chamber, bore, side, end) = (outer?, height?, chamber?, bore?, side?, end?);
     let mut sketch = Sketch::new(outer.mm, height.mm);
-    sketch.solid(&rectangle((0.0, 0.0), (outer.mm, height.mm)));
+    sketch.solid(&rectangle((0.0, 0.0), (outer.mm, height.mm)), &[&outer, &height]);
     let (left, right) = (0.5 * (outer.mm - bore.mm), 0.5 * (outer.mm + bore.mm));
     let closes = [end.mm, 2.0 * end.mm].into_iter().any(|ends| (ends + chamber.mm - height.mm).abs() < 0.5);
     let bottom = if closes { end.mm } else { 0.5 * (height.mm - chamber.mm) };
     let top = bottom + chamber.mm;
     let room = rectangle((left, bottom), (right, top));
     if closes {
-        sketch.air(&room);
+        sketch.air(&room, &[&bore, &chamber]);
     } else {
         sketch.outline(&room, Some(Tint::Paper), true);
     }
@@ -44,23 +42,25 @@ fn internal_support(inputs: Inputs) -> Option<Section> {
     sketch.across((left, right), bottom + 0.5 * chamber.mm, -0.4, &bore.label);
     sketch.along((0.0, height.mm), 0.0, -1.2, &height.label);
     sketch.along((bottom, top), outer.mm, 1.2, &chamber.label);
-    sketch.pointer(
-        (0.5 * (right + outer.mm), bottom + 0.8 * chamber.mm),
-        (40.0, -34.0),
-        &format!("wall {}", side.label),
-    );
+    let side_at = (0.5 * (right + outer.mm), bottom + 0.8 * chamber.mm);
+    sketch.pointer(side_at, (40.0, -34.0), &format!("wall {}", side.label));
     let position = if closes {
         String::new()
     } else {
-        sketch.pointer((0.5 * outer.mm, bottom), (90.0, 36.0), &format!("place {UNPUBLISHED}"));
+        sketch.pointer((0.5 * outer.mm, bottom), (90.0, 36.0), "place not known");
         format!(
-            " Where along the body the chamber lies is not published: end walls of {}, as printed, do not close with {} and {}; it is \
-             drawn in the middle.",
+            " Where along the body the chamber lies is not known: end walls of {} do not close with {} and {}; it is drawn in the middle.",
             end.label, chamber.label, height.label
         )
     };
-    let caption = format!("Cut along the axis, at rest.{position}");
-    Some(sketch.done(&caption, !closes))
+    let of = [
+        ("outer diameter", &outer),
+        ("height", &height),
+        ("chamber height", &chamber),
+        ("chamber diameter", &bore),
+        ("side wall", &side),
+    ];
+    sketch.done(&format!("Cut along the axis, at rest.{position}"), &of)
 }
 
 /// A finger cut along: constraint layer below, chambers above.
@@ -71,8 +71,8 @@ fn wave_finger(inputs: Inputs) -> Option<Section> {
     // A height to draw it with; it is labelled as unknown.
     let height = 0.17 * length.mm;
     let mut sketch = Sketch::new(length.mm, height);
-    sketch.solid(&rectangle((0.0, 0.0), (length.mm, constraint.mm)));
-    let n = shown(chambers);
+    sketch.solid(&rectangle((0.0, 0.0), (length.mm, constraint.mm)), &[&length, &constraint]);
+    let n = shown(chambers)?;
     let pitch = length.mm / (f64::from(n) + 1.7);
     for i in 0..=n {
         let (from, to) = (f64::from(i) * pitch, (f64::from(i) + if i == n { 1.7 } else { 1.0 }) * pitch);
@@ -85,14 +85,13 @@ fn wave_finger(inputs: Inputs) -> Option<Section> {
     }
     sketch.across((0.0, length.mm), 0.0, -1.2, &length.label);
     sketch.along((0.0, constraint.mm), 0.0, -0.8, &constraint.label);
-    sketch.along((constraint.mm, height), length.mm, 0.8, UNPUBLISHED);
-    let top = (1.0 * pitch, height);
-    sketch.pointer(top, (30.0, -24.0), &format!("wall {}", wall.label));
+    sketch.along((constraint.mm, height), length.mm, 0.8, "not published");
+    sketch.pointer((pitch, height), (30.0, -24.0), &format!("wall {}", wall.label));
     let caption = format!(
-        "Cut along the finger, at rest: {n} chambers and a larger one at the end on a constraint layer. Only length, constraint layer \
-         and wall are published; pitch, wave profile, height and width are not, and the chambers are drawn to show their order."
+        "Cut along the finger, at rest: {n} chambers and a larger one at the end on a constraint layer. Pitch, wave profile, height and \
+         width are not published; the chambers are drawn to show their order."
     );
-    Some(sketch.done(&caption, true))
+    sketch.done(&caption, &[("length", &length), ("constraint layer", &constraint), ("wall", &wall)])
 }
 
 /// A finger cut along: constraint layer below, chambers above.
@@ -103,32 +102,34 @@ fn fruit_finger(inputs: Inputs) -> Option<Section> {
         (inputs.length("chamber_radius")?, inputs.length("finger_length")?, inputs.number("chambers")?);
     let height = constraint.mm + radius.mm + wall.mm;
     let mut sketch = Sketch::new(length.mm, height);
-    let body = rectangle((0.0, 0.0), (length.mm, height));
-    let n = shown(chambers);
+    let n = shown(chambers)?;
+    // Walls and gaps that leave no room for a chamber are no finger.
     let room = (length.mm - 2.0 * wall.mm - (f64::from(n) - 1.0) * gap.mm) / f64::from(n);
-    // Walls and gaps that fill an assumed length leave no chamber to draw.
-    let pitch = room.max(0.2 * gap.mm) + gap.mm;
-    if length.is_solid {
-        sketch.solid(&body);
-    } else {
-        sketch.outline(&body, Some(Tint::Solid), true);
-    }
+    let pitch = Some(room).filter(|room| *room > 0.0)? + gap.mm;
+    sketch.solid(&rectangle((0.0, 0.0), (length.mm, height)), &[&length, &constraint, &radius, &wall]);
     for i in 0..n {
         let from = wall.mm + f64::from(i) * pitch;
-        let chamber = rectangle((from, constraint.mm), (from + pitch - gap.mm, constraint.mm + radius.mm));
-        sketch.outline(&chamber, Some(Tint::Paper), true);
+        let chamber = rectangle((from, constraint.mm), (from + room, constraint.mm + radius.mm));
+        sketch.air(&chamber, &[&length, &radius, &wall, &gap]);
     }
     sketch.across((0.0, length.mm), 0.0, -1.2, &length.label);
-    let gap_from = wall.mm + pitch - gap.mm;
+    let gap_from = wall.mm + room;
     sketch.across((gap_from, gap_from + gap.mm), height, 0.9, &format!("gap {}", gap.label));
     sketch.along((0.0, constraint.mm), 0.0, -0.8, &constraint.label);
-    sketch.pointer((length.mm - 0.4 * wall.mm, height - 0.5 * wall.mm), (34.0, -26.0), &format!("wall {}", wall.label));
+    let wall_at = (length.mm - 0.4 * wall.mm, height - 0.5 * wall.mm);
+    sketch.pointer(wall_at, (34.0, -26.0), &format!("wall {}", wall.label));
     sketch.along((constraint.mm, constraint.mm + radius.mm), length.mm, 0.8, &radius.label);
     let caption = format!(
-        "Cut along the finger, at rest: {n} chambers. Wall, gap and constraint layer are published; radius and length are not, and the \
-         chambers' lengths follow from the assumed ones. Width: {UNPUBLISHED}."
+        "Cut along the finger, at rest: {n} chambers, whose length follows from that of the finger. Its width is not published."
     );
-    Some(sketch.done(&caption, true))
+    let of = [
+        ("wall", &wall),
+        ("gap", &gap),
+        ("constraint layer", &constraint),
+        ("chamber radius", &radius),
+        ("length", &length),
+    ];
+    sketch.done(&caption, &of)
 }
 
 /// A finger cut across a chamber.
@@ -147,16 +148,16 @@ fn dual_chamber_finger(inputs: Inputs) -> Option<Section> {
     let spring = base.mm + straight.mm;
     let mut body = vec![(0.0, 0.0), (width.mm, 0.0), (width.mm, spring)];
     body.extend(arc((middle, spring), outer.mm, (0.0, PI)));
-    sketch.solid(&body);
+    sketch.solid(&body, &[&width, &height, &straight, &outer, &base]);
     let (left, right) = (middle - 0.5 * inner_width.mm, middle + 0.5 * inner_width.mm);
     let mut chamber = vec![(left, base.mm), (right, base.mm)];
     chamber.extend(arc((middle, spring), inner.mm, (0.0, PI)));
-    sketch.air(&chamber);
+    sketch.air(&chamber, &[&inner_width, &straight, &inner, &base]);
     let steel = rectangle(
         (middle - 0.5 * sheet_width.mm, 0.5 * (base.mm - sheet.mm)),
         (middle + 0.5 * sheet_width.mm, 0.5 * (base.mm + sheet.mm)),
     );
-    sketch.outline(&steel, None, !sheet_width.is_solid);
+    sketch.outline(&steel, None, !(sheet.is_solid && sheet_width.is_solid));
     sketch.across((0.0, width.mm), 0.0, -1.2, &width.label);
     sketch.across_at((left, right), 0.25, base.mm, 0.8, &inner_width.label);
     sketch.along((0.0, height.mm), 0.0, -1.2, &height.label);
@@ -167,22 +168,25 @@ fn dual_chamber_finger(inputs: Inputs) -> Option<Section> {
     sketch.pointer(crown(inner.mm, 0.15 * PI), (62.0, -6.0), &format!("r {}", inner.label));
     let steel_end = (middle + 0.5 * sheet_width.mm, 0.5 * base.mm);
     sketch.pointer(steel_end, (40.0, 34.0), &format!("steel {}", sheet.label));
-    let sheet_said = if sheet_width.is_solid {
-        String::new()
-    } else {
-        format!(
-            " The steel sheet's width and its place in the constraint layer are {UNPUBLISHED}; drawn: {}.",
-            sheet_width.label
-        )
-    };
-    let caption =
-        format!("Cut across a chamber of the root, at rest; the tip is the same without the sheet.{sheet_said}");
-    Some(sketch.done(&caption, !sheet_width.is_solid))
+    let of = [
+        ("width", &width),
+        ("height", &height),
+        ("chamber width", &inner_width),
+        ("chamber height", &inner_height),
+        ("radii", if outer.is_solid { &inner } else { &outer }),
+        ("constraint layer", &base),
+        ("steel sheet's thickness", &sheet),
+        ("steel sheet's width", &sheet_width),
+    ];
+    let caption = "Cut across a chamber of the root, at rest; the tip is the same without the sheet. Where in the constraint layer the \
+                   steel sheet lies is not published: it is drawn in the middle.";
+    sketch.done(caption, &of)
 }
 
 /// The ring cut across: one wall of three.
 fn pdms_wall(inputs: Inputs) -> Option<Section> {
-    let (chord, angle) = (inputs.length("chord")?, inputs.number("arc_angle").filter(|angle| *angle < PI)?);
+    let (chord, angle) =
+        (inputs.length("chord")?, inputs.number("arc_angle").filter(|angle| (0.1..3.0).contains(angle))?);
     let walls: Vec<_> =
         ["wall_thin", "wall_medium", "wall_thick"].iter().filter_map(|name| inputs.length(name)).collect();
     let wall = walls.get(walls.len() / 2)?;
@@ -190,6 +194,10 @@ fn pdms_wall(inputs: Inputs) -> Option<Section> {
     // The inner wall, concave towards the middle of the ring, which lies below.
     let radius = 0.5 * chord.mm / half.sin();
     let depth = 0.3 * chord.mm;
+    // A wall as thick as its chord is no wall.
+    if wall.mm > 0.5 * chord.mm {
+        return None;
+    }
     let width = 2.0 * (radius + wall.mm + depth) * half.sin();
     let height = radius + wall.mm + depth - radius * half.cos();
     let mut sketch = Sketch::new(width, height);
@@ -201,7 +209,7 @@ fn pdms_wall(inputs: Inputs) -> Option<Section> {
         corners
     };
     sketch.unknown(&ring(radius + wall.mm, radius + wall.mm + depth));
-    sketch.solid(&ring(radius, radius + wall.mm));
+    sketch.solid(&ring(radius, radius + wall.mm), &[&chord, wall]);
     let end = 0.5 * (width - chord.mm);
     sketch.across((end, end + chord.mm), 0.0, -0.9, &format!("chord {}", chord.label));
     let degrees = format::short(angle.to_degrees());
@@ -209,22 +217,21 @@ fn pdms_wall(inputs: Inputs) -> Option<Section> {
     let said: Vec<String> = walls.iter().map(|w| w.label.replace(" mm", "")).collect();
     let edge = FRAC_PI_2 - 0.8 * half;
     sketch.pointer(on(radius + 0.5 * wall.mm, edge), (70.0, 14.0), &format!("wall {} mm", said.join(", ")));
-    sketch.pointer(on(radius + wall.mm + 0.6 * depth, edge), (62.0, -24.0), UNPUBLISHED);
-    sketch.pointer(on(radius, FRAC_PI_2), (0.0, 26.0), &format!("arc {degrees}°"));
+    sketch.pointer(on(radius + wall.mm + 0.6 * depth, edge), (62.0, -24.0), "not published");
+    sketch.pointer(on(radius + wall.mm, FRAC_PI_2), (0.0, -26.0), &format!("arc {degrees}°"));
     let caption = format!(
         "Cut across the ring, at rest: one of three walls, {} thick here, which bulges downwards, towards the middle of the ring. The \
-         chamber's depth, its outer wall and the ring are {UNPUBLISHED}; that the arc stands on the chord is the strip model's reading.",
+         chamber's depth, its outer wall and the ring are not published; that the arc stands on the chord is the strip model's reading.",
         wall.label
     );
-    Some(sketch.done(&caption, true))
+    sketch.done(&caption, &[("chord", &chord), ("wall", wall)])
 }
 
-/// So many chambers are drawn, whatever a file says.
-fn shown(chambers: f64) -> u8 {
-    // Between 1 and 40, so that nothing is cut off.
+/// A number of chambers that can be drawn.
+fn shown(chambers: f64) -> Option<u8> {
+    // Between 1 and 40.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let n = chambers.round().clamp(1.0, 40.0) as u8;
-    n
+    (1.0..=40.0).contains(&chambers).then(|| chambers.round() as u8)
 }
 
 #[cfg(test)]
@@ -282,12 +289,12 @@ mod tests {
         let (width, height) = (body[1].0 - body[0].0, body[0].1 - body[2].1);
         assert!((height / width - 63.0 / 30.0).abs() < 1e-12, "{width} x {height}");
         assert!(section.caption.contains("do not close"), "{}", section.caption);
-        assert!(said(&section.scene).iter().any(|text| text.ends_with("not published")));
+        assert!(said(&section.scene).contains(&"place not known"));
         // End walls that close with the chamber leave nothing open.
         let mut closed = CYLINDER;
         closed[5].1 = 17.5;
         let closed = super::section(&record("internal-support", &closed)).unwrap();
-        assert!(!closed.caption.contains("not published") && closed.legend.len() == 1);
+        assert!(!closed.caption.contains("not known") && closed.legend.len() == 1);
     }
 
     #[test]
@@ -302,6 +309,17 @@ mod tests {
             none[0].1 = impossible;
             assert!(section(&record("internal-support", &none)).is_none(), "{impossible}");
         }
+        // Parts that do not fit into one another are no cross-section.
+        let mut tall = CYLINDER;
+        tall[2].1 = 200.0;
+        assert!(section(&record("internal-support", &tall)).is_none());
+        let all = CYLINDER.map(|(name, mm, _)| (name, mm, "assumed"));
+        let assumed = section(&record("internal-support", &all)).unwrap();
+        let dashed = |e: &&Element| matches!(e, Element::Line { is_dashed: true, .. });
+        assert_eq!(assumed.scene.elements.iter().filter(dashed).count(), 2);
+        assert!(
+            assumed.caption.contains("Assumed or calibrated: outer diameter") && !assumed.caption.contains("Published")
+        );
         assert!(section(&record("bellows", &CYLINDER)).is_none());
     }
 }
