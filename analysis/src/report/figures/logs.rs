@@ -84,7 +84,7 @@ pub(super) fn panels(dataset: &DatasetRecord, run: &RunRecord, logs: &[&Log]) ->
 
 /// What a sensor could say: beyond it an axis would show nothing else, or could not be divided.
 fn is_drawable(point: &(f64, f64)) -> bool {
-    point.0.is_finite() && point.1.abs() < 1e60
+    point.0.abs() < 1e15 && point.1.abs() < 1e60
 }
 
 fn panel(log: &Log, unit: Unit, run: &RunRecord, time: &Range<f64>) -> Chart {
