@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::TypedValueParser as _;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::fit::Fit;
 use crate::measure::Measure;
 
 const EXIT_CODES: &str = "\
@@ -48,6 +49,8 @@ pub enum Command {
     Report(Report),
     /// Print what the models predict over pressure
     Predict(Predict),
+    /// Fit constants to measured values: any formula, materials, actuators
+    Fit(Fit),
     /// Write a raw session with known truth and, on demand, known faults
     Rehearse(Rehearse),
     /// Hold the program to its statistical promises, at length

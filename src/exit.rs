@@ -13,6 +13,7 @@ use std::process::ExitCode;
 use thiserror::Error;
 
 use pneuval_analysis::AnalysisError;
+use pneuval_analysis::fit::expression::ExpressionError;
 use pneuval_analysis::results::{Decision, Results};
 use pneuval_datasets::DatasetError;
 use pneuval_ingest::IngestError;
@@ -42,6 +43,9 @@ pub enum Failure {
     /// A file.
     #[error(transparent)]
     Ingest(#[from] IngestError),
+    /// A formula that cannot be fitted.
+    #[error(transparent)]
+    Expression(#[from] ExpressionError),
     /// A flag's value.
     #[error("{flag} {found}\n  expected: {expected}\n  next:     {next}")]
     Flag {

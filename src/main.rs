@@ -4,6 +4,7 @@ mod accept;
 mod cli;
 mod exit;
 mod export;
+mod fit;
 mod gate;
 mod ingest;
 mod init;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::Accept(arguments) => accept::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         Command::Rehearse(arguments) => rehearse::run(&arguments),
         Command::Selftest(arguments) => selftest::run(&arguments),
         Command::Models(arguments) => models::run(&arguments),

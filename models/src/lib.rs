@@ -9,6 +9,7 @@
 //! | [`actuators`] | the papers' actuators, each in its forms; any actuator that bends with constant curvature |
 //! | [`solve`] | bracketed roots, and the physical branch of a pressure curve |
 //! | [`least_squares`] | calibration of parameters |
+//! | [`expression`] | formulas that users and claims write, with exact derivatives |
 //! | [`catalogue`] | every form that can be evaluated: source, range, misprints, check values; and what cannot be |
 //!
 //! Four kinds of form are kept apart. *Printed*: the equation exactly as the paper prints it, never repaired.
@@ -20,6 +21,7 @@ pub mod actuators;
 pub mod catalogue;
 mod domain;
 pub mod error;
+pub mod expression;
 pub mod kinematics;
 pub mod least_squares;
 pub mod materials;

@@ -1,5 +1,9 @@
 //! Calibration: parameters of a form fitted to values, before the form is compared with others.
 
+pub mod certified;
+pub mod estimate;
+pub mod expression;
+
 use pneuval_ingest::manifest::Condition;
 use pneuval_models::ModelError;
 use pneuval_models::catalogue::{Entry, Inputs};

@@ -1,0 +1,16 @@
+//! `pneuval fit`: constants from measured values, with what the values know of them.
+
+mod arguments;
+mod expression;
+mod words;
+
+pub use arguments::Fit;
+use arguments::Fitted;
+
+use crate::exit::{Failure, Outcome};
+
+pub fn run(arguments: &Fit) -> Result<Outcome, Failure> {
+    match &arguments.what {
+        Fitted::Expression(arguments) => expression::run(arguments),
+    }
+}
