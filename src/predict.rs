@@ -147,7 +147,7 @@ fn pressures(text: &str) -> Result<Vec<f64>, Failure> {
 
 /// A number and what stands behind it. The longest beginning that is a number is the number: `1e3 Pa` has an exponent, `1 Pa` has
 /// none.
-fn amount(text: &str) -> Option<(f64, &str)> {
+pub fn amount(text: &str) -> Option<(f64, &str)> {
     let ends = text.char_indices().map(|(i, _)| i).chain([text.len()]).rev();
     ends.map(|i| text.split_at(i)).find_map(|(digits, symbol)| {
         let value = number::parse(digits.trim_end()).map(|(value, _)| value)?;

@@ -17,6 +17,7 @@
 //! | [`manifest`] | the files a user writes: actuators, published datasets, rigs, sessions |
 //! | [`calibration`] | from what an instrument puts out to what it measures |
 //! | [`draft`] | a first description of logs nobody has described |
+//! | [`tensile`] | tests of material strips: nominal stress over stretch, with their defects |
 //! | [`session`] | logs to channels in SI units, with findings |
 //! | [`inspect`] | what a raw file holds, looked at in little memory |
 //! | [`limits`] | sizes checked before anything is read |
@@ -41,6 +42,7 @@ pub mod session;
 #[cfg(feature = "store")]
 pub mod store;
 pub mod table;
+pub mod tensile;
 pub mod units;
 pub mod watch;
 

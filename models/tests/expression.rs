@@ -31,8 +31,25 @@ fn operators_bind_as_in_print() {
 #[test]
 fn every_function_and_operator_has_the_slope_that_differences_show() {
     let formulas = [
-        "exp(a*b)", "ln(a)*b", "log10(a + b)", "sqrt(a*b)", "abs(a - 3*b)", "sin(a)*cos(b)", "tan(a/4)", "asin(a/9)", "acos(b/9)",
-        "atan(a*b)", "sinh(a)-cosh(b)", "tanh(a*b/4)", "a^b", "a^3/b^2", "(a - b)^3", "-a/(b + a)", "max(a, b)", "min(a, b*b)", "a^-2",
+        "exp(a*b)",
+        "ln(a)*b",
+        "log10(a + b)",
+        "sqrt(a*b)",
+        "abs(a - 3*b)",
+        "sin(a)*cos(b)",
+        "tan(a/4)",
+        "asin(a/9)",
+        "acos(b/9)",
+        "atan(a*b)",
+        "sinh(a)-cosh(b)",
+        "tanh(a*b/4)",
+        "a^b",
+        "a^3/b^2",
+        "(a - b)^3",
+        "-a/(b + a)",
+        "max(a, b)",
+        "min(a, b*b)",
+        "a^-2",
     ];
     for text in formulas {
         let formula = Expression::parse(text).unwrap();

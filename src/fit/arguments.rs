@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 
 /// Fit constants to measured values, and say what the values know of each: standard errors, intervals, correlations, what they cannot tell
 /// apart.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  pneuval fit expression 'b1*(1-exp(-b2*x))' data.csv --start \"b1=250, b2=0.0005\"\n\nExit codes: 0 a minimum that determines every parameter, 2 what you wrote is wrong, 3 no such minimum, 4 the file cannot be used."
+    after_help = "Examples:\n  pneuval fit material --uniaxial strip.csv --length \"33 mm\" --width \"6 mm\" --thickness \"3 mm\"\n  pneuval fit expression 'b1*(1-exp(-b2*x))' data.csv --start \"b1=250, b2=0.0005\"\n\nExit codes: 0 a minimum that determines every parameter, 2 what you wrote is wrong, 3 no such minimum, 4 the file cannot be used."
 )]
 pub struct Fit {
     #[command(subcommand)]
@@ -18,6 +18,8 @@ pub struct Fit {
 /// What is fitted.
 #[derive(Subcommand)]
 pub enum Fitted {
+    /// Laws of rubber to tests of strips and sheets
+    Material(FitMaterial),
     /// Any formula to the columns of a table
     Expression(FitExpression),
 }
@@ -53,6 +55,80 @@ pub struct FitExpression {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// Laws of rubber to tests of strips and sheets: which law, which constants, how sure, how far they can be trusted.
+///
+/// A test is force over displacement of a strip of known size, or stress over strain or stretch: columns are known by their names and units,
+/// the strip's size by the file's own words or the flags. Engineering and true values are told apart by name. Several tests, and several load
+/// cases, are fitted together. What is odd about a test (slack, slippage, several loadings, a unit) is told, and nothing is corrected.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval fit material --uniaxial Dragon-Skin-20.csv\n  pneuval fit material --uniaxial UT.txt --planar PS.txt --equibiaxial ET.txt --columns \"stress/MPa, stretch\"\n  pneuval fit material --uniaxial strip-1.csv --uniaxial strip-2.csv --length \"33 mm\" --area \"18 mm2\" --law yeoh-2 --write material.toml\n\nExit codes: 0 every law asked for is a material that the data determine, 2 what you wrote is wrong, 3 some law is not, 4 a file cannot be used."
+)]
+pub struct FitMaterial {
+    /// A test in tension or pressure along one axis; may be repeated
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["planar", "equibiaxial"])]
+    pub uniaxial: Vec<PathBuf>,
+    /// A test of a wide sheet held at its width (pure shear); may be repeated
+    #[arg(long, value_name = "FILE")]
+    pub planar: Vec<PathBuf>,
+    /// A test pulled equally along two axes; may be repeated
+    #[arg(long, value_name = "FILE")]
+    pub equibiaxial: Vec<PathBuf>,
+    /// Laws to fit, all where none is named; may be repeated. `eq-28` is wave-finger's straight line
+    #[arg(long, value_name = "LAW")]
+    pub law: Vec<String>,
+    /// Names and units of the columns from the left, `-` for one that is not used
+    #[arg(long, value_name = "NAMES")]
+    pub columns: Option<String>,
+    /// Length at rest of the strips
+    #[arg(long, value_name = "LENGTH")]
+    pub length: Option<String>,
+    /// Width at rest of the strips
+    #[arg(long, value_name = "LENGTH", requires = "thickness", conflicts_with = "area")]
+    pub width: Option<String>,
+    /// Thickness at rest of the strips
+    #[arg(long, value_name = "LENGTH", requires = "width")]
+    pub thickness: Option<String>,
+    /// Section at rest of the strips, in place of width and thickness
+    #[arg(long, value_name = "AREA")]
+    pub area: Option<String>,
+    /// Turn the sign of forces and stresses
+    #[arg(long)]
+    pub negate: bool,
+    /// Which loading of several, from 1; the last where nothing is said
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub loading: Option<u16>,
+    /// Leave out stretches below this
+    #[arg(long, value_name = "STRETCH")]
+    pub stretch_min: Option<f64>,
+    /// Leave out stretches above this
+    #[arg(long, value_name = "STRETCH")]
+    pub stretch_max: Option<f64>,
+    /// How residuals are weighted
+    #[arg(long, value_enum, default_value_t = WeightArgument::Samples)]
+    pub weight: WeightArgument,
+    /// Confidence of the intervals
+    #[arg(long, default_value_t = 0.95, value_parser = confidence)]
+    pub confidence: f64,
+    /// Write the constants of the one law named as a [material] of an actuator file
+    #[arg(long, value_name = "FILE", requires = "law")]
+    pub write: Option<PathBuf>,
+    /// Print JSON, in SI units
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How residuals are weighted.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum WeightArgument {
+    /// Every sample alike, in nominal stress
+    Samples,
+    /// Every test alike, however many samples it has
+    Tests,
+    /// Over the measured stress
+    Relative,
 }
 
 /// How hard a minimum is looked for, and how sure intervals are.

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod expression;
+mod material;
 mod words;
 
 pub use arguments::Fit;
@@ -11,6 +12,7 @@ use crate::exit::{Failure, Outcome};
 
 pub fn run(arguments: &Fit) -> Result<Outcome, Failure> {
     match &arguments.what {
+        Fitted::Material(arguments) => material::run(arguments),
         Fitted::Expression(arguments) => expression::run(arguments),
     }
 }

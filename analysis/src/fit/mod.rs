@@ -3,6 +3,7 @@
 pub mod certified;
 pub mod estimate;
 pub mod expression;
+pub mod material;
 
 use pneuval_ingest::manifest::Condition;
 use pneuval_models::ModelError;

@@ -101,6 +101,20 @@ kinds! {
     UnclaimedRows = "unclaimed-rows",
     /// Numbers that leave the range of a double on their way to SI.
     Overflow = "overflow",
+    /// A strip that takes no load at the beginning of its test.
+    SlackToe = "slack-toe",
+    /// Load that falls while the strip gets longer, and rises again: it slipped in its grips.
+    Slippage = "slippage",
+    /// Load that falls and does not come back: the strip broke.
+    Rupture = "rupture",
+    /// A test of several loadings, of which one is used.
+    SeveralLoadings = "several-loadings",
+    /// Two columns that say different things of one strain or stress.
+    StrainMismatch = "strain-mismatch",
+    /// A stiffness that no elastomer has: a unit may be wrong.
+    ImplausibleStiffness = "implausible-stiffness",
+    /// A load that pulls where it should push.
+    WrongSign = "wrong-sign",
     /// The channel's zero is the mean of its first samples.
     Tared = "tared",
     /// A unit that the file does not state, inferred from its numbers.

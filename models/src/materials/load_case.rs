@@ -32,6 +32,11 @@ impl LoadCase {
         }
     }
 
+    /// The load case of a name.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|case| case.name() == name)
+    }
+
     /// `I1 - 3` at stretch `1 + excess`, factored so that nothing cancels near the undeformed state.
     pub fn i1_minus_3(self, excess: f64) -> f64 {
         let l = 1.0 + excess;
@@ -82,7 +87,7 @@ impl LoadCase {
     }
 
     /// The weight c of W2 beside W1: `1/l`, 1 or `l²`.
-    fn second_weight(self, stretch: f64) -> f64 {
+    pub(super) fn second_weight(self, stretch: f64) -> f64 {
         match self {
             Self::Uniaxial => 1.0 / stretch,
             Self::Planar => 1.0,

@@ -11,6 +11,7 @@
 //! A test holds every law to *stress = derivative of energy* in every [`LoadCase`], and to zero stress at stretch 1.
 //! How a law is found by name and built from named constants is told in [`crate::catalogue`].
 
+mod family;
 pub mod gent;
 mod load_case;
 pub mod mooney_rivlin;
@@ -19,6 +20,7 @@ pub mod ogden;
 mod stability;
 pub mod yeoh;
 
+pub use family::Family;
 pub use gent::Gent;
 pub use load_case::LoadCase;
 pub use mooney_rivlin::MooneyRivlin;
