@@ -17,6 +17,7 @@ use pneuval_analysis::fit::expression::ExpressionError;
 use pneuval_analysis::results::{Decision, Results};
 use pneuval_datasets::DatasetError;
 use pneuval_ingest::IngestError;
+use pneuval_models::ModelError;
 
 use crate::output;
 
@@ -46,6 +47,16 @@ pub enum Failure {
     /// A formula that cannot be fitted.
     #[error(transparent)]
     Expression(#[from] ExpressionError),
+    /// A form that cannot be fitted.
+    #[error(
+        "form `{form}`\n  expected: parameters that the readings determine\n  found:    {source}\n  next:     fit fewer parameters, start nearer (the actuator file), or look at the readings with `pneuval validate`"
+    )]
+    Fit {
+        /// The form.
+        form: String,
+        /// What the model or the search says.
+        source: ModelError,
+    },
     /// A flag's value.
     #[error("{flag} {found}\n  expected: {expected}\n  next:     {next}")]
     Flag {

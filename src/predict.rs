@@ -58,7 +58,15 @@ pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
     check_given(&given, &entries)?;
     // What is given takes the place of what the file says, and nothing rests on the file's value any more.
     for g in &given {
-        let value = Value { si: g.si, std_si: None, unit: g.unit, origin: Origin::Published, place: None, line: 0 };
+        let value = Value {
+            si: g.si,
+            std_si: None,
+            unit: g.unit,
+            origin: Origin::Published,
+            place: None,
+            fitted_on: vec![],
+            line: 0,
+        };
         actuator.values.insert(g.name.clone(), value);
     }
     let mut blocks: Vec<Block> = Vec::new();

@@ -47,6 +47,15 @@ fn judge_by(comparison: &mut Comparison, bounds: Vec<Bound>, not_judged: Option<
         comparison.sentence = String::from("fitted to these very data: calibration, not validation");
         return;
     }
+    if let [first, more @ ..] = comparison.calibrated_on.as_slice() {
+        let others = if more.is_empty() { String::new() } else { format!(" and {} more of its runs", more.len()) };
+        comparison.verdict = Verdict::Calibration;
+        comparison.counted = false;
+        comparison.sentence = format!(
+            "the actuator file's values were fitted on {first}{others}: calibration, not validation; runs that the fit did not see, in a session of their own, would validate it"
+        );
+        return;
+    }
     for bound in bounds {
         let measure = comparison.metric(bound.metric).map_or(Measure::Undefined("not stored"), MetricRecord::measure);
         let grounds = Grounds {

@@ -328,6 +328,23 @@ pub fn find_actuator(id: &str, from: &Path) -> Result<Actuator, DatasetError> {
     }
 }
 
+/// The text of an actuator file, embedded or on disk, as [`Actuator::file`] names it.
+///
+/// # Errors
+/// [`IngestError`] if it cannot be read, or is no text.
+pub fn actuator_text(actuator: &Actuator) -> Result<String, DatasetError> {
+    let bytes = match actuator.file.strip_prefix("embedded ").and_then(embedded) {
+        Some(bytes) => bytes.to_vec(),
+        None => limits::read(Path::new(&actuator.file), limits::WRITTEN_BYTES_MAX)?,
+    };
+    Ok(pneuval_ingest::document::utf8(&actuator.file, &bytes)?.to_owned())
+}
+
+/// The ids of the embedded datasets.
+pub fn embedded_datasets() -> impl Iterator<Item = &'static str> {
+    EMBEDDED.iter().filter_map(|(name, _)| name.strip_prefix("published/")?.strip_suffix("/dataset.toml"))
+}
+
 /// The embedded actuators' ids.
 pub fn embedded_actuators() -> impl Iterator<Item = &'static str> {
     EMBEDDED.iter().filter_map(|(name, _)| name.strip_prefix("actuators/")?.strip_suffix(".toml"))

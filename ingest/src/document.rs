@@ -164,6 +164,7 @@ pub struct RawValue {
     std: Option<Spanned<f64>>,
     source: Origin,
     place: Option<String>,
+    fitted_on: Option<Spanned<Vec<String>>>,
 }
 
 /// A checked value in SI units.
@@ -179,6 +180,8 @@ pub struct Value {
     pub origin: Origin,
     /// Paper, table or equation.
     pub place: Option<String>,
+    /// The runs a calibrated value was fitted on, `dataset/quantity run`: where they are compared with it, that is calibration.
+    pub fitted_on: Vec<String>,
     /// Line of the file, for errors of whoever knows what it should measure.
     pub line: usize,
 }
@@ -224,8 +227,19 @@ impl RawValue {
                 "add `place`, or say source = \"assumed\"",
             ));
         }
+        if let Some(runs) = self.fitted_on.as_ref().filter(|_| self.source != Origin::Calibrated) {
+            let found = format!("source = \"{}\"", self.source.name());
+            return Err(document.malformed(
+                runs.span(),
+                "`fitted_on` beside source = \"calibrated\" only",
+                found,
+                "correct the source",
+            ));
+        }
+        let fitted_on = self.fitted_on.as_ref().map(|runs| runs.get_ref().clone()).unwrap_or_default();
         let line = document.line_of(self.value.span().start);
-        Ok(Value { si: unit.to_si(value), std_si, unit, origin: self.source, place: self.place.clone(), line })
+        let (origin, place) = (self.source, self.place.clone());
+        Ok(Value { si: unit.to_si(value), std_si, unit, origin, place, fitted_on, line })
     }
 
     /// The value, which must measure `dimension`.

@@ -20,6 +20,8 @@ pub struct Fit {
 pub enum Fitted {
     /// Laws of rubber to tests of strips and sheets
     Material(FitMaterial),
+    /// Unknown inputs of an actuator's model to its measured response
+    Actuator(FitActuator),
     /// Any formula to the columns of a table
     Expression(FitExpression),
 }
@@ -120,6 +122,51 @@ pub struct FitMaterial {
     pub json: bool,
 }
 
+/// Unknown inputs of an actuator's model to its measured response: constants of its material, dimensions nobody printed.
+///
+/// Readings of every run are fitted together; values of the actuator file start the search, and those with a `std` pull on it as priors.
+/// Intervals are those of the profile likelihood. What was fitted predicts nothing by that: each pressure, run and specimen is also predicted
+/// by a fit to the others. `--write` writes the actuator file with the new values, which say `calibrated` and on which runs, so that
+/// `validate` calls those runs calibration.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval fit actuator internal-support --form consistent --to published-fea --parameters C10,C20\n  pneuval fit actuator monday --form consistent --parameters C10,C20 --write monday/actuator.toml\n  pneuval fit actuator internal-support --form consistent --to published-fea --parameters C10,C20 --pressure-max \"30 kPa\"\n\nExit codes: 0 every parameter is determined, 2 what you wrote is wrong, 3 some parameter is not, 4 a log cannot be used."
+)]
+pub struct FitActuator {
+    /// Sessions or datasets of one actuator, or folders of them; or the id of an embedded paper
+    #[arg(required = true)]
+    pub paths: Vec<PathBuf>,
+    /// The inputs to fit, as the actuator file names them, separated by commas
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
+    pub parameters: Vec<String>,
+    /// The quantity, where several are measured
+    #[arg(long)]
+    pub quantity: Option<String>,
+    /// The form of the model, as `pneuval models` lists it
+    #[arg(long)]
+    pub form: Option<String>,
+    /// What is fitted: `measured`, or a printed column of a paper
+    #[arg(long, value_name = "COLUMN", default_value = "measured")]
+    pub to: String,
+    /// Runs that the fit sees, separated by commas; the others are predicted
+    #[arg(long, value_name = "RUNS", value_delimiter = ',')]
+    pub runs: Vec<String>,
+    /// Pressures above this are kept from the fit and predicted
+    #[arg(long, value_name = "PRESSURE")]
+    pub pressure_max: Option<String>,
+    /// Let standard uncertainties of the actuator file not pull
+    #[arg(long)]
+    pub no_priors: bool,
+    /// Write the actuator file with the fitted values
+    #[arg(long, value_name = "FILE")]
+    pub write: Option<PathBuf>,
+    #[command(flatten)]
+    pub search: SearchArguments,
+    /// Print JSON, in SI units
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// How residuals are weighted.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum WeightArgument {
@@ -134,12 +181,19 @@ pub enum WeightArgument {
 /// How hard a minimum is looked for, and how sure intervals are.
 #[derive(Args)]
 pub struct SearchArguments {
-    /// Starts to try: the given one, then others round it
-    #[arg(long, default_value_t = 49, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    pub starts: u32,
+    /// Starts to try: the given one, then others round it; 49 for an expression, 9 for an actuator where nothing is said
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub starts: Option<u32>,
     /// Confidence of the intervals
     #[arg(long, default_value_t = 0.95, value_parser = confidence)]
     pub confidence: f64,
+}
+
+impl SearchArguments {
+    /// The number of starts.
+    pub fn starts(&self, usual: u32) -> usize {
+        usize::try_from(self.starts.unwrap_or(usual)).unwrap_or(usize::MAX)
+    }
 }
 
 /// A confidence: above 0.5 and below 1.

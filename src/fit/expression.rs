@@ -59,7 +59,7 @@ pub fn run(arguments: &FitExpression) -> Result<Outcome, Failure> {
             Some(column.ok_or_else(wrong)?.1.clone())
         }
     };
-    let starts = usize::try_from(arguments.search.starts).unwrap_or(usize::MAX);
+    let starts = arguments.search.starts(49);
     let task = Task { response, formula, columns, std, start, starts, confidence: arguments.search.confidence };
     let fitted = fit(&task)?;
     let agreement = certified.map(|certified| certified.agreement(&fitted));

@@ -6,6 +6,7 @@ mod predict;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
+use pneuval_ingest::document::Origin;
 use pneuval_ingest::error::suggestion;
 use pneuval_ingest::manifest::{Align, ComparisonSpec, Quantity, Statistic};
 
@@ -13,6 +14,7 @@ use predict::unknown_form;
 pub(crate) use predict::{Between, Posed, predict};
 
 use crate::AnalysisError;
+use crate::fit;
 use crate::gate::{judge_comparison, notes, strangers};
 use crate::logs::{self, Log};
 use crate::metrics::{self, Interval, Measure, Metric};
@@ -140,7 +142,7 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     let mut errors =
         (response.basis == Basis::Session).then(|| errors::errors(study, spec, &sides.response, &sides.posed));
     let alignment = sides.align(spec.align, errors.as_mut().map(|(errors, _)| errors));
-    let Sides { response, posed: Posed { prediction, fit, .. }, meeting } = sides;
+    let Sides { response, posed: Posed { prediction, fit: fitted, .. }, meeting } = sides;
     let response = response.as_ref();
     let mut points = points(response, &prediction.at);
     let mut comparison = blank(study, &spec.quantity, response, &spec.form);
@@ -149,8 +151,9 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     comparison.source = prediction.source;
     comparison.equation = prediction.equation;
     comparison.misprints = prediction.misprints;
+    comparison.calibrated_on = calibrated_on(study, spec, response, &prediction.rests_on);
     comparison.rests_on = prediction.rests_on;
-    comparison.fit = fit;
+    comparison.fit = fitted;
     let count = |status| points.iter().filter(|p| p.status == status).count();
     comparison.n_available = meeting.as_ref().map_or_else(
         || points.len() - count(PointStatus::HoleInPrint) + response.unmeasured,
@@ -184,6 +187,20 @@ fn compare(study: &Study, spec: &ComparisonSpec) -> Result<(Comparison, Curve), 
     judge_comparison(&mut comparison, bounds, spec.not_judged.as_deref());
     let curve = Curve { comparison: comparison.id.clone(), traces: prediction.traces };
     Ok((comparison, curve))
+}
+
+/// The runs of a response on which calibrated values that the prediction rests on were fitted.
+fn calibrated_on(study: &Study, spec: &ComparisonSpec, response: &Response, rests_on: &[String]) -> Vec<String> {
+    let label = |run: &str| fit::actuator::label(study.id, &spec.quantity, run);
+    let own: Vec<String> = if response.repeats.is_empty() {
+        vec![label("measured")]
+    } else {
+        response.repeats.iter().map(|run| label(run)).collect()
+    };
+    let names = rests_on.iter().filter_map(|text| text.strip_prefix(Origin::Calibrated.name()));
+    let values = names.filter_map(|name| study.input.actuator.values.get(name.trim()));
+    let fitted: BTreeSet<&String> = values.flat_map(|value| &value.fitted_on).collect();
+    own.into_iter().filter(|run| fitted.contains(run)).collect()
 }
 
 /// A response and a prediction at the same points.
@@ -250,6 +267,7 @@ fn blank(study: &Study, quantity: &str, response: &Response, form: &str) -> Comp
         equation: None,
         misprints: vec![],
         rests_on: vec![],
+        calibrated_on: vec![],
         fit: None,
         against: response.movement.as_ref().map_or(Against::Pressure, |movement| movement.rule.at.into()),
         meeting: None,

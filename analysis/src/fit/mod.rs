@@ -1,5 +1,6 @@
 //! Calibration: parameters of a form fitted to values, before the form is compared with others.
 
+pub mod actuator;
 pub mod certified;
 pub mod estimate;
 pub mod expression;

@@ -39,6 +39,9 @@ pub struct Comparison {
     pub misprints: Vec<String>,
     /// Inputs that nobody printed or measured: `assumed sheet_width`, `calibrated C10`.
     pub rests_on: Vec<String>,
+    /// Runs of this comparison on which values of the actuator file were calibrated, `dataset/quantity run`: then it is calibration.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub calibrated_on: Vec<String>,
     /// The calibration that came first.
     pub fit: Option<FitRecord>,
     /// What is equal where the two are compared.
