@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
-const FOLDERS: [&str; 5] = ["actuators", "bounds", "published", "rehearsals", "rigs"];
+const FOLDERS: [&str; 6] = ["actuators", "bounds", "claims", "published", "rehearsals", "rigs"];
 
 fn main() -> io::Result<()> {
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or(io::ErrorKind::NotFound)?);

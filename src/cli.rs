@@ -49,6 +49,8 @@ pub enum Command {
     Report(Report),
     /// Print what the models predict over pressure
     Predict(Predict),
+    /// Recompute what the papers say, or what your manuscript says, from its own numbers
+    Audit(Audit),
     /// Fit constants to measured values: any formula, materials, actuators
     Fit(Fit),
     /// Write a raw session with known truth and, on demand, known faults
@@ -63,6 +65,28 @@ pub enum Command {
     Completions(Completions),
     /// Write man pages: one for the program, one for each command
     Man(Man),
+}
+
+/// Recompute what the papers say, or what your manuscript says, from its own printed numbers.
+///
+/// A claims file lists statements, the numbers they rest on as printed, and formulas; the outcome is computed: reproduced,
+/// reproduced-by-rounding, contradicted, not-checkable. Without FILES the claims of the five embedded papers are audited.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  pneuval audit\n  pneuval audit --paper dual-chamber-finger --out audit\n  pneuval audit claims.toml --json                     your manuscript, before a reviewer does\n\nExit codes: 0 every outcome is as expected, 1 some is not (a statement is contradicted that the file does not say is), 2 the file is wrong."
+)]
+pub struct Audit {
+    /// Claims files; the embedded papers where there is none
+    pub files: Vec<PathBuf>,
+    /// One paper only
+    #[arg(long, value_name = "ID")]
+    pub paper: Option<String>,
+    /// Write a page and audit.json into this folder
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Print what a shell needs to complete commands and flags.

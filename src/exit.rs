@@ -80,6 +80,8 @@ impl Failure {
             Self::Ingest(IngestError::Unusable { .. })
             | Self::Dataset(DatasetError::Ingest(IngestError::Unusable { .. }))
             | Self::Analysis(AnalysisError::Ingest(IngestError::Unusable { .. })) => 4,
+            // The data leave it open.
+            Self::Fit { .. } | Self::Expression(ExpressionError::NoMinimum { .. }) => 3,
             _ => 2,
         }
     }

@@ -1,6 +1,7 @@
 //! `pneuval`: raw soft-actuator rig logs and published tables in, model-vs-experiment verdicts out.
 
 mod accept;
+mod audit;
 mod cli;
 mod exit;
 mod export;
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
         Command::Accept(arguments) => accept::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
+        Command::Audit(arguments) => audit::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Rehearse(arguments) => rehearse::run(&arguments),
         Command::Selftest(arguments) => selftest::run(&arguments),

@@ -44,10 +44,10 @@ struct Form {
 }
 
 /// `held_angle = 30 deg` of `--with`: a condition or a parameter.
-struct Given {
-    name: String,
-    si: f64,
-    unit: Unit,
+pub struct Given {
+    pub name: String,
+    pub si: f64,
+    pub unit: Unit,
 }
 
 pub fn run(arguments: &Predict) -> Result<Outcome, Failure> {
@@ -131,7 +131,7 @@ fn flag(flag: &'static str, found: &str, known: &[&str]) -> Failure {
 }
 
 /// `40 kPa` or `40 kPa, 50 kPa`: gauge pressures in Pa.
-fn pressures(text: &str) -> Result<Vec<f64>, Failure> {
+pub fn pressures(text: &str) -> Result<Vec<f64>, Failure> {
     let wrong = |next: String| Failure::Flag {
         flag: "--at",
         found: format!("`{text}`"),
@@ -164,7 +164,7 @@ pub fn amount(text: &str) -> Option<(f64, &str)> {
 }
 
 /// A condition or a parameter in SI units, with the unit it was written in.
-fn given(text: &str) -> Result<Given, Failure> {
+pub fn given(text: &str) -> Result<Given, Failure> {
     let wrong = |next: String| Failure::Flag {
         flag: "--with",
         found: format!("`{text}`"),

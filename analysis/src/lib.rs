@@ -14,7 +14,8 @@
 //! | [`response`] | a quantity against gauge pressure, as measured |
 //! | [`trajectory`] | where a movement meets its prediction; a prediction moved onto a measurement |
 //! | [`prediction`] | what a model, an imported table or a printed column says at those points |
-//! | [`fit`] | calibration of parameters before a comparison |
+//! | [`fit`] | calibration: of a form before a comparison, of materials, actuators, any formula |
+//! | [`audit`] | statements of papers and manuscripts, recomputed from their own numbers |
 //! | [`pairing`] | what becomes of every point |
 //! | [`metrics`] | how far apart they are, with the interval that is known |
 //! | [`uncertainty`] | intervals by resampling; what uncertain inputs do to a prediction |
@@ -34,6 +35,7 @@
 //! Residual = predicted - measured: positive means that the model is too high.
 
 pub mod align;
+pub mod audit;
 pub mod baseline;
 pub mod bounds;
 pub mod ci;

@@ -5,6 +5,7 @@
 //! | `published/<id>/` | `dataset.toml` and its tables: numbers as printed, holes left empty |
 //! | `actuators/<id>.toml` | chambers, dimensions, material, each value with its place in the paper |
 //! | `bounds/<actuator>.toml` | acceptance limits, each with its reason |
+//! | `claims/<paper>.toml` | what the papers say, and how it is recomputed |
 //! | `rigs/<id>.toml` | instruments with their calibration |
 //! | `rehearsals/<id>.toml` | what the rehearsal rig does: see [`rehearse`] |
 //!
@@ -343,6 +344,12 @@ pub fn actuator_text(actuator: &Actuator) -> Result<String, DatasetError> {
 /// The ids of the embedded datasets.
 pub fn embedded_datasets() -> impl Iterator<Item = &'static str> {
     EMBEDDED.iter().filter_map(|(name, _)| name.strip_prefix("published/")?.strip_suffix("/dataset.toml"))
+}
+
+/// The embedded claims files: name for messages, and bytes.
+pub fn embedded_claims() -> impl Iterator<Item = (String, &'static [u8])> {
+    let claims = EMBEDDED.iter().filter(|(name, _)| name.starts_with("claims/"));
+    claims.map(|(name, bytes)| (format!("embedded {name}"), *bytes))
 }
 
 /// The embedded actuators' ids.

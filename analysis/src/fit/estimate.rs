@@ -168,6 +168,9 @@ pub fn student(confidence: f64, freedom: usize) -> Option<f64> {
     Some(distribution.inverse_cdf(0.5 * (1.0 + confidence)))
 }
 
+/// Condition numbers above it leave no digits for a profile.
+const CONDITION_MAX: f64 = 1e11;
+
 /// Estimates at a minimum: standard errors from the Jacobian, intervals from profiles.
 pub fn estimates(
     problem: &dyn Problem,
@@ -188,11 +191,14 @@ pub fn estimates(
     }
     let statistics = statistics.ok();
     let quantile = student(confidence, freedom);
+    // Beyond it the sum of squares is flat along some direction to the digits of a double: there is no end to look for.
+    let is_flat = statistics.as_ref().is_some_and(|s| s.condition_number > CONDITION_MAX);
     let parameters = (0..names.len())
         .map(|i| {
             let value = minimum.parameters[i];
             let std = statistics.as_ref().and_then(|s| s.std.as_ref()).map(|std| std[i]);
             let (lower, upper) = match (quantile, std) {
+                (Some(_), Some(_)) if is_flat => (End::Open, End::Open),
                 (Some(t), Some(std)) if std > 0.0 => {
                     let interval = profile(problem, minimum, i, t * t / freedom as f64, std);
                     (end(interval.lower), end(interval.upper))

@@ -116,7 +116,15 @@ pub fn fit(family: Family, tests: &[Measured], weighting: Weighting, confidence:
     let problem = Curves::new(family, tests, weighting);
     let names: Vec<String> = family.constants().iter().map(|name| (*name).to_owned()).collect();
     let found = minimum(&problem)?;
-    let estimates = estimates(&problem, &found.best, search_record(&found), &names, confidence);
+    let mut estimates = estimates(&problem, &found.best, search_record(&found), &names, confidence);
+    if let (Family::Ogden(2), [mu1, alpha1, mu2, alpha2]) = (family, found.best.parameters.as_slice())
+        && (alpha2 - alpha1).abs() < 3.0 * MERGED
+        && mu1 * mu2 < 0.0
+    {
+        estimates.warnings.push(
+            "the two exponents merge and the two mu cancel without limit: the tests hold no two terms of this law, and the constants are one choice of many".to_owned(),
+        );
+    }
     let largest = tests.iter().flat_map(|t| &t.points).map(|p| p.1.abs()).fold(0.0, f64::max);
     let (n, p) = (estimates.n as f64, names.len() as f64);
     // One more constant is the scatter itself.
@@ -285,6 +293,9 @@ fn minimum(problem: &Curves) -> Result<Search, ModelError> {
             Err(error) => first_error = first_error.or(Some(error)),
         }
     }
+    if problem.family == Family::Ogden(2) {
+        minima.extend(merged(problem));
+    }
     let lowest = minima.iter().min_by(|a, b| a.sum_of_squares().total_cmp(&b.sum_of_squares())).cloned();
     let Some(best) = lowest else {
         return Err(first_error.unwrap_or(ModelError::NotConverged { method: "Levenberg-Marquardt", iterations: 0 }));
@@ -293,6 +304,57 @@ fn minimum(problem: &Curves) -> Result<Search, ModelError> {
     let at_best = minima.iter().filter(same).count();
     let best = tidy(problem, best);
     Ok(Search { given: Ok(best.clone()), best, starts: starts.len(), settled: minima.len(), at_best })
+}
+
+/// How far apart two exponents are that have all but merged.
+const MERGED: f64 = 1e-4;
+
+/// Two Ogden terms whose exponents merge: `c phi(a) + d phi'(a)`, phi the stress of one term, phi' its derivative by the exponent. No set of
+/// distinct exponents comes near it without weights that grow without limit and cancel, so that no descent finds it; it is written with
+/// exponents a little apart. It is the lowest the law can reach where a material has no two exponents, and then tells nothing of either.
+fn merged(problem: &Curves) -> Option<Minimum> {
+    let columns = |a: f64| -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let mut slopes = [0.0; 2];
+        let mut design = DMatrix::zeros(problem.samples.len(), 2);
+        for (i, &(case, stretch, _, weight)) in problem.samples.iter().enumerate() {
+            Family::Ogden(1).nominal_stress_pa(&[1.0, a], case, stretch, &mut slopes).ok()?;
+            design[(i, 0)] = weight * slopes[0];
+            design[(i, 1)] = weight * slopes[1];
+        }
+        let measured = DVector::from_iterator(problem.samples.len(), problem.samples.iter().map(|s| s.2 * s.3));
+        design.iter().all(|v| v.is_finite()).then_some((design, measured))
+    };
+    let solve = |a: f64| -> Option<(f64, DVector<f64>)> {
+        let (design, measured) = columns(a)?;
+        let qr = design.clone().qr();
+        let mut target = measured.clone();
+        qr.q_tr_mul(&mut target);
+        let weights = qr.r().solve_upper_triangular(&target.rows(0, 2).into_owned())?;
+        Some(((design * &weights - measured).norm_squared(), weights))
+    };
+    let sum = |a: f64| solve(a).map_or(f64::INFINITY, |(sum, _)| sum);
+    // Every valley of a grid, to its floor by golden section.
+    let heights: Vec<f64> = EXPONENTS.iter().map(|a| sum(*a)).collect();
+    let end = EXPONENTS.len() - 1;
+    let is_valley = |i: &usize| heights[*i] <= heights[i.saturating_sub(1)] && heights[*i] <= heights[(i + 1).min(end)];
+    let floor = |i: usize| {
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let (mut low, mut high) = (EXPONENTS[i.saturating_sub(1)], EXPONENTS[(i + 1).min(end)]);
+        for _ in 0..60 {
+            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+            if sum(a) < sum(b) { high = b } else { low = a }
+        }
+        0.5 * (low + high)
+    };
+    let floors = (0..=end).filter(is_valley).map(floor);
+    let (a, (_, weights)) = floors.filter_map(|a| Some((a, solve(a)?))).min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+    let (half, apart) = (0.5 * weights[0], 0.5 * weights[1] / MERGED);
+    let start = [half - apart, a - MERGED, half + apart, a + MERGED];
+    // Once more with the exponents as they are: the best weights for them.
+    let start = solve_linear(problem, &start, &[0, 2]).ok()?;
+    let residuals = problem.residuals(&start).ok()?;
+    let jacobian = problem.jacobian(&start).ok()?;
+    Some(Minimum { parameters: start, residuals, jacobian, iterations: 0 })
 }
 
 /// Ogden's terms in the order of their exponents: their order means nothing.

@@ -11,4 +11,4 @@ mod view;
 
 pub use figures::{Figure, Files, Told, figures};
 pub use overlay::{overlay, thumbnail};
-pub use page::{Page, pages};
+pub use page::{Page, audit_page, pages};

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::figures::Figure;
 use super::view;
 use crate::AnalysisError;
+use crate::audit::{Audited, Outcome};
 use crate::format::visible;
 use crate::results::Results;
 
@@ -32,13 +33,7 @@ pub fn pages(
     photographs: Option<&BTreeMap<String, Vec<u8>>>,
     every: bool,
 ) -> Result<Vec<Page>, AnalysisError> {
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    // Text of files and users: nothing in it turns the direction of the page, or is there unseen.
-    environment.set_formatter(|out, state, value| match value.as_str() {
-        Some(text) if !value.is_safe() => escape_formatter(out, state, &Value::from(visible(text))),
-        _ => escape_formatter(out, state, value),
-    });
+    let mut environment = environment();
     for (name, source) in [
         ("base.html", include_str!("templates/base.html")),
         ("index.html", include_str!("templates/index.html")),
@@ -63,6 +58,52 @@ pub fn pages(
         pages.push(render(format!("{}.html", record.id), "actuator.html", Content::Actuator(Box::new(page)))?);
     }
     Ok(pages)
+}
+
+/// The page of an audit: the claims of every paper with their recomputation.
+///
+/// # Errors
+/// [`AnalysisError::Page`] if the template asks for what is not there.
+pub fn audit_page(audited: &[Audited]) -> Result<Page, AnalysisError> {
+    #[derive(Serialize)]
+    struct Seen<'a> {
+        font: String,
+        font_semibold: String,
+        papers: Vec<Paper<'a>>,
+        program: &'static str,
+    }
+    #[derive(Serialize)]
+    struct Paper<'a> {
+        audited: &'a Audited,
+        counts: Vec<(&'static str, usize)>,
+    }
+    const OUTCOMES: [Outcome; 4] =
+        [Outcome::Reproduced, Outcome::ReproducedByRounding, Outcome::Contradicted, Outcome::NotCheckable];
+    let mut environment = environment();
+    let name = "audit.html";
+    for (name, source) in
+        [(name, include_str!("templates/audit.html")), ("style.css", include_str!("templates/style.css"))]
+    {
+        environment.add_template(name, source).map_err(|e| failed(name, &e))?;
+    }
+    let counts = |a: &Audited| OUTCOMES.map(|outcome| (outcome.id(), a.count(outcome))).to_vec();
+    let papers = audited.iter().map(|audited| Paper { audited, counts: counts(audited) }).collect();
+    let program = concat!("pneuval ", env!("CARGO_PKG_VERSION"));
+    let seen = Seen { font: base64(REGULAR), font_semibold: base64(SEMIBOLD), papers, program };
+    let html = environment.get_template(name).and_then(|t| t.render(Value::from(Serde(seen))));
+    html.map(|html| Page { name: "index.html".to_owned(), html }).map_err(|e| failed(name, &e))
+}
+
+/// What every page is made in.
+fn environment() -> Environment<'static> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    // Text of files and users: nothing in it turns the direction of the page, or is there unseen.
+    environment.set_formatter(|out, state, value| match value.as_str() {
+        Some(text) if !value.is_safe() => escape_formatter(out, state, &Value::from(visible(text))),
+        _ => escape_formatter(out, state, value),
+    });
+    environment
 }
 
 /// What a template sees.

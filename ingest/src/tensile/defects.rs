@@ -301,7 +301,7 @@ fn line(points: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
     let (top, bottom) =
         points.iter().fold((0.0, 0.0), |sum, p| (sum.0 + (p.0 - x) * (p.1 - y), sum.1 + (p.0 - x) * (p.0 - x)));
     let slope = top / bottom;
-    (slope.is_finite() && slope > 0.0).then(|| (slope, x - y / slope))
+    slope.is_finite().then(|| (slope, x - y / slope))
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

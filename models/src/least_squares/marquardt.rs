@@ -14,6 +14,8 @@ const STEP_SETTLED: f64 = 1e-15;
 /// Above this offset a place from which no step leads down is no minimum: rounding stands in the way.
 const OFFSET_STUCK: f64 = 1e-3;
 
+/// Damping of the first step.
+const DAMPING_START: f64 = 1e-4;
 /// Residuals below this share of the model's size are rounding.
 const EXACT_SHARE: f64 = 1e-13;
 
@@ -68,7 +70,7 @@ pub fn minimise(problem: &dyn Problem, start: &[f64]) -> Result<Minimum, ModelEr
         return Err(ModelError::TooFewResiduals { residuals: state.residuals.len(), parameters: start.len() });
     }
     let mut scale = DVector::from_iterator(start.len(), state.jacobian.column_iter().map(|c| nonzero(c.norm())));
-    let (mut damping, mut growth) = (1e-4, 2.0);
+    let (mut damping, mut growth) = (DAMPING_START, 2.0);
     let (mut iterations, mut settled, mut computed) = (0, false, false);
     let mut factors = state.factors();
     for _ in 0..STEPS_MAX {
@@ -79,10 +81,13 @@ pub fn minimise(problem: &dyn Problem, start: &[f64]) -> Result<Minimum, ModelEr
         }
         let Some(step) = factors.step(damping, &scale) else { break };
         let relative = |(s, x): (&f64, &f64)| s.abs() <= STEP_SETTLED * x.abs().max(f64::MIN_POSITIVE);
-        let lost_in_rounding = step.iter().zip(&state.parameters).all(relative);
-        if lost_in_rounding {
+        // Of every parameter, or of what the model says.
+        let is_lost =
+            step.iter().zip(&state.parameters).all(relative) || factors.length(&step) <= STEP_SETTLED * state.size();
+        if is_lost {
             // Steps may be short because they are damped, or because there is nowhere to go.
-            settled = (computed || iterations > 0) && (offset <= OFFSET_STUCK || state.is_exact());
+            let undamped = computed || iterations > 0 || damping <= DAMPING_START;
+            settled = undamped && (offset <= OFFSET_STUCK || state.is_exact());
             break;
         }
         let predicted = factors.predicted_gain(&step, damping, &scale);
@@ -125,7 +130,7 @@ fn polish(problem: &dyn Problem, state: &mut State) {
         let factors = state.factors();
         let Some(step) = factors.step(0.0, &DVector::zeros(state.parameters.len())) else { return };
         // In the length of what the step does to the model, which has no unit of a parameter in it.
-        let length = (&factors.triangle * &step).norm();
+        let length = factors.length(&step);
         let Some(trial) = State::at(problem, state.moved(&step)).ok().filter(State::is_finite) else { return };
         // The sum may rise by rounding.
         if !(length < 0.9 * before && trial.cost <= state.cost * (1.0 + 1e-9)) {
@@ -163,9 +168,13 @@ impl State {
 
     /// Whether the residuals are what rounding leaves of the model's own size: there is nothing to take away.
     fn is_exact(&self) -> bool {
+        self.residuals.norm() <= EXACT_SHARE * self.size()
+    }
+
+    /// How large what the model says is.
+    fn size(&self) -> f64 {
         let columns = self.jacobian.column_iter().zip(&self.parameters);
-        let size: f64 = columns.map(|(column, value)| column.norm() * value.abs()).sum();
-        self.residuals.norm() <= EXACT_SHARE * size
+        columns.map(|(column, value)| column.norm() * value.abs()).sum()
     }
 
     fn moved(&self, step: &DVector<f64>) -> Vec<f64> {
@@ -208,6 +217,11 @@ impl Factors {
         qr.q_tr_mul(&mut target);
         let step = qr.r().solve_upper_triangular(&target.rows(0, n).into_owned())?;
         step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+
+    /// How far a step moves what the model says.
+    fn length(&self, step: &DVector<f64>) -> f64 {
+        (&self.triangle * step).norm()
     }
 
     /// How far the sum of squares falls along a step if the model were linear.

@@ -63,6 +63,12 @@ pub fn search(problem: &dyn Problem, start: &[f64], linear: &[usize], starts: us
     let lowest = |of: &mut dyn Iterator<Item = &Minimum>| of.map(Minimum::sum_of_squares).min_by(f64::total_cmp);
     let target = lowest(&mut minima.iter().filter(determined)).or_else(|| lowest(&mut minima.iter()));
     let Some(target) = target else {
+        // A parameter without influence, or two that do the same, are the better reason.
+        if let (Ok(residuals), Ok(jacobian)) = (problem.residuals(start), problem.jacobian(start))
+            && residuals.len() >= start.len()
+        {
+            Minimum { parameters: start.to_vec(), residuals, jacobian, iterations: 0 }.statistics()?;
+        }
         // Nothing settled, so the given start did not.
         return Err(given.err().unwrap_or(ModelError::NotConverged { method: "Levenberg-Marquardt", iterations: 0 }));
     };
