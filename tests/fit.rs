@@ -90,8 +90,8 @@ fn certified_sets_are_met_from_both_starts() {
 fn a_formula_that_the_data_do_not_determine_is_not_called_converged() {
     let folder = folder("fit-undetermined");
     let file = folder.join("line.csv");
-    let rows: String = (0..20).map(|i| format!("{i},{}\n", 3.0 * f64::from(i) + 0.1 * f64::from(i % 3))).collect();
-    fs::write(&file, format!("x,y\n{rows}")).unwrap();
+    let rows: Vec<String> = (0..20).map(|i| format!("{i},{}", 3.0 * f64::from(i) + 0.1 * f64::from(i % 3))).collect();
+    fs::write(&file, format!("x,y\n{}\n", rows.join("\n"))).unwrap();
     let file = file.to_str().unwrap();
     let output = pneuval(&["fit", "expression", "y = a*x + b*x", file, "--start", "a=1,b=2"]);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -284,13 +284,10 @@ fn defects_of_a_strip_are_found_and_not_averaged_away() {
     // A neo-Hookean strip of 33 mm, 18 mm², C10 0.1 MPa, pulled to stretch 3.
     let force = |l: f64| 2.0 * 0.1 * (l - l.powi(-2)) * 18.0;
     let file = |name: &str, of: &dyn Fn(usize) -> (f64, f64)| {
-        let rows: String = (0..200)
-            .map(|i| of(i))
-            .enumerate()
-            .map(|(i, (u, f))| format!("{:.2},{u:.5},{f:.5}\n", 0.1 * i as f64))
-            .collect();
+        let row = |(i, (u, f)): (usize, (f64, f64))| format!("{:.2},{u:.5},{f:.5}", 0.1 * i as f64);
+        let rows: Vec<String> = (0..200).map(of).enumerate().map(row).collect();
         let path = folder.join(format!("{name}.csv"));
-        fs::write(&path, format!("time,displacement,force\ns,mm,N\n{rows}")).unwrap();
+        fs::write(&path, format!("time,displacement,force\ns,mm,N\n{}\n", rows.join("\n"))).unwrap();
         path.to_str().unwrap().to_owned()
     };
     let stretch = |i: usize| 1.0 + 2.0 * i as f64 / 199.0;

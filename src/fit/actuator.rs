@@ -85,9 +85,9 @@ pub fn run(arguments: &FitActuator) -> Result<Outcome, Failure> {
         write(path, actuator, &fitted)?;
     }
     if arguments.json {
-        output::print_json(&fitted)?
+        output::print_json(&fitted)?;
     } else {
-        output::print(&text(&fitted, quantity))?
+        output::print(&text(&fitted, quantity))?;
     }
     let determined = |identified| !matches!(identified, Identified::Not | Identified::Unknown);
     Ok(if fitted.estimates.parameters.iter().all(|p| determined(p.identified)) {

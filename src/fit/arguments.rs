@@ -114,7 +114,7 @@ pub struct FitMaterial {
     /// Confidence of the intervals
     #[arg(long, default_value_t = 0.95, value_parser = confidence)]
     pub confidence: f64,
-    /// Write the constants of the one law named as a [material] of an actuator file
+    /// Write the constants of the one law named as a material of an actuator file
     #[arg(long, value_name = "FILE", requires = "law")]
     pub write: Option<PathBuf>,
     /// Print JSON, in SI units

@@ -121,9 +121,9 @@ pub fn run(arguments: &FitMaterial) -> Result<Outcome, Failure> {
         write(path, &told)?;
     }
     if arguments.json {
-        output::print_json(&told)?
+        output::print_json(&told)?;
     } else {
-        output::print(&text(&told))?
+        output::print(&text(&told))?;
     }
     let sound = |law: &FittedLaw| {
         law.no_material.is_none() && law.estimates.parameters.iter().all(|p| p.identified != Identified::Not)

@@ -110,7 +110,8 @@ fn of_readings(readings: &[ReadingRecord]) -> Told {
         some => format!("reproduced by: {}", some.join("; ")),
     };
     if !no.is_empty() && !yes.is_empty() {
-        text += &format!(". Not by: {}", no.join("; "));
+        text += ". Not by: ";
+        text += &no.join("; ");
     }
     Told::new(outcome, text)
 }

@@ -243,12 +243,12 @@ fn read_claim(document: &Document, raw: RawClaim, span: Range<usize>) -> Result<
         }
         methods.push(Method::Readings(readings));
     }
-    let named = |name: &Spanned<String>| match known(&[]).contains(name.get_ref()) {
-        true => Ok(name.get_ref().clone()),
-        false => {
-            let next = suggestion(name.get_ref(), numbers.iter().map(|n| n.name.as_str()));
-            Err(document.malformed(name.span(), "a number of this claim", format!("`{}`", name.get_ref()), next))
+    let named = |name: &Spanned<String>| {
+        if known(&[]).contains(name.get_ref()) {
+            return Ok(name.get_ref().clone());
         }
+        let next = suggestion(name.get_ref(), numbers.iter().map(|n| n.name.as_str()));
+        Err(document.malformed(name.span(), "a number of this claim", format!("`{}`", name.get_ref()), next))
     };
     if let Some(possible) = &raw.possible {
         methods.push(Method::Possible { share: named(&possible.share)?, out_of: named(&possible.out_of)? });

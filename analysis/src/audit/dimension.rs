@@ -97,13 +97,12 @@ fn factor(word: &str) -> Option<Composite> {
     if let Some(unit) = Unit::parse(word) {
         return Some(Composite { dimension: of(unit.dimension), factor: unit.factor });
     }
-    let (symbol, power) = match word.split_once('^') {
-        Some((symbol, power)) => (symbol, power.parse::<f64>().ok()?),
-        None => {
-            let at = word.find(|c: char| c.is_ascii_digit())?;
-            (&word[..at], word[at..].parse::<f64>().ok()?)
-        }
+    let (symbol, power) = if let Some(parts) = word.split_once('^') {
+        parts
+    } else {
+        word.split_at(word.find(|c: char| c.is_ascii_digit())?)
     };
+    let power = power.parse::<f64>().ok()?;
     let unit = Unit::parse(symbol)?;
     Some(Composite { dimension: of(unit.dimension).power(power), factor: unit.factor.powf(power) })
 }

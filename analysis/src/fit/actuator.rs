@@ -222,7 +222,7 @@ pub fn fit(task: &Task) -> Result<ActuatorFit, ModelError> {
         // Priors are weighed against what the readings scatter by, which the fit without them tells.
         let freedom = found.best.degrees_of_freedom() as f64;
         problem.scatter = (found.best.sum_of_squares() / freedom).sqrt();
-        problem.priors = priors.clone();
+        problem.priors.clone_from(&priors);
         let best = minimise(&problem, &found.best.parameters)?;
         found.given = Ok(best.clone());
         found.best = best;
@@ -268,7 +268,9 @@ fn reachable(problem: &AtReadings, mut start: Vec<f64>) -> Vec<f64> {
         if problem.residuals(&start).is_ok() {
             return start;
         }
-        start.iter_mut().for_each(|value| *value *= 2.0);
+        for value in &mut start {
+            *value *= 2.0;
+        }
     }
     first
 }

@@ -95,7 +95,7 @@ impl Certified {
     }
 }
 
-/// Correct digits, the log relative error (McCullough 1998, doi:10.1080/00031305.1998.10480589): certified are 11.
+/// Correct digits, the log relative error (`McCullough` 1998, doi:10.1080/00031305.1998.10480589): certified are 11.
 pub fn digits(found: f64, certified: f64) -> f64 {
     const CERTIFIED: f64 = 11.0;
     let error = if certified == 0.0 { found.abs() } else { ((found - certified) / certified).abs() };

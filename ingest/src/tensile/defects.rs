@@ -10,6 +10,8 @@
 //! | slack | the strip takes up stiffness at the beginning instead of giving it up | noted, with the stretch from which it pulls |
 //! | stiffness | an initial slope that no elastomer has | noted: a unit may be wrong |
 
+use std::fmt::Write as _;
+
 use crate::finding::{Finding, FindingKind, LineMap, Severity};
 
 use super::columns::{finding, significant};
@@ -63,7 +65,9 @@ impl Curve<'_> {
             |i: &usize| !(self.stretch[*i] > 0.0 && self.stretch[*i].is_finite() && self.stress_pa[*i].is_finite());
         let places: Vec<usize> = (0..used.len()).filter(bad).collect();
         let Some(&first) = places.first() else { return };
-        places.iter().for_each(|i| used[*i] = false);
+        for i in &places {
+            used[*i] = false;
+        }
         let text = format!(
             "{} samples have no stretch above 0 or no stress, first on line {}; they are left out",
             places.len(),
@@ -108,7 +112,9 @@ impl Curve<'_> {
         let number = asked.unwrap_or(loadings.len()).clamp(1, loadings.len().max(1));
         let (start, end) = *loadings.get(number - 1)?;
         let out: Vec<usize> = places.iter().copied().filter(|i| !(start..=end).contains(i)).collect();
-        out.iter().for_each(|i| used[*i] = false);
+        for i in &out {
+            used[*i] = false;
+        }
         let mut text = format!(
             "the strip was loaded {} times; loading {number}, lines {} to {}, is used, the other {} samples are left out (--loading N for another)",
             loadings.len(),
@@ -122,7 +128,9 @@ impl Curve<'_> {
             let at =
                 |way: (usize, usize)| (way.0..=way.1).find(|i| self.stretch[*i] >= middle).map(|i| self.stress_pa[i]);
             if let (Some(virgin), Some(later)) = (at(*first), at((start, end))) {
-                text += &format!(
+                // Writing to a String cannot fail.
+                let _ = write!(
+                    text,
                     "; at stretch {} the first loading needs {} % more stress than this one",
                     significant(middle),
                     significant(100.0 * (virgin / later - 1.0))
@@ -180,7 +188,9 @@ impl Curve<'_> {
             return;
         }
         let out: Vec<usize> = after.to_vec();
-        out.iter().for_each(|i| used[*i] = false);
+        for i in &out {
+            used[*i] = false;
+        }
         let text = format!(
             "the load falls below half of its largest and does not come back: the strip broke or left its grips; the {} samples after the largest load, from line {}, are left out",
             out.len(),

@@ -150,7 +150,7 @@ impl Function {
             Self::Ln => x.ln(),
             Self::Log10 => x.log10(),
             Self::Sqrt => x.sqrt(),
-            Self::Abs => x.abs(),
+            Self::Abs | Self::Rms => x.abs(),
             Self::Sin => x.sin(),
             Self::Cos => x.cos(),
             Self::Tan => x.tan(),
@@ -161,7 +161,6 @@ impl Function {
             Self::Cosh => x.cosh(),
             Self::Tanh => x.tanh(),
             Self::Min | Self::Max | Self::Mean | Self::Sum => x,
-            Self::Rms => x.abs(),
             Self::Count => 1.0,
         }
     }

@@ -84,6 +84,7 @@ fn power(base: TwoFloat, exponent: TwoFloat) -> TwoFloat {
 /// ```
 pub fn decimal(value: f64) -> TwoFloat {
     const EXACT_POWER_MAX: i32 = 22;
+    const HALF: i64 = 1 << 26;
     let text = format!("{value:e}");
     let exact = || {
         let (mantissa, exponent) = text.split_once('e')?;
@@ -91,7 +92,6 @@ pub fn decimal(value: f64) -> TwoFloat {
         // At most 17 digits, so the whole number is below 2^63; its two halves are exact doubles.
         let digits: i64 = format!("{whole}{fraction}").parse().ok()?;
         let power = exponent.parse::<i32>().ok()? - i32::try_from(fraction.len()).ok()?;
-        const HALF: i64 = 1 << 26;
         let digits = TwoFloat::sum((digits / HALF) as f64 * HALF as f64, (digits % HALF) as f64);
         let ten = TwoFloat::from(10.0_f64.powi(power.abs().min(EXACT_POWER_MAX)));
         match power {

@@ -109,7 +109,7 @@ fn one_side(problem: &dyn Problem, minimum: &Minimum, which: usize, rise: f64, f
         // Halve the way to where the model ends; the limit may lie before it.
         for _ in 0..REFINEMENTS {
             let value = 0.5 * (inside.0 + beyond);
-            if value == inside.0 || value == beyond || (beyond - inside.0).abs() <= 1e-6 * (beyond - centre).abs() {
+            if (beyond - inside.0).abs() <= 1e-6 * (beyond - centre).abs() {
                 break;
             }
             match held(problem, which, value, &inside.2) {

@@ -141,7 +141,7 @@ impl Family {
             Self::Gent => {
                 let (mu, jm) = (constants[0], constants[1]);
                 let i = case.i1_minus_3(excess);
-                if !(jm > i) {
+                if jm.is_nan() || jm <= i {
                     return Err(ModelError::OutOfDomain {
                         symbol: "Jm",
                         value: jm,
